@@ -1,0 +1,32 @@
+# Every target makes .venv and installs what it needs, once for each change of pyproject.toml or constraints.txt.
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: help bench test lint benchmark
+
+help:
+	@echo "make bench      train, score and compare the methods of the quick suite"
+	@echo "make test       run the tests"
+	@echo "make lint       check style, types and the direction of imports"
+	@echo "make benchmark  measure the simulator's speed"
+
+bench: .venv/installed-torch
+	$(BIN)/hhrl-bench run --suite quick
+
+test: .venv/installed-dev
+	OMP_NUM_THREADS=1 $(BIN)/pytest --benchmark-disable -n 2
+
+lint: .venv/installed-dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	@! ls environments/*.py agents/*.py 2>/dev/null || { echo "move the files above into a package folder" >&2; false; }
+
+benchmark: .venv/installed-dev
+	$(BIN)/pytest tests/benchmarks -p no:xdist --benchmark-columns=min,median,rounds
+
+.venv/installed-%: pyproject.toml constraints.txt
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[$*]'
+	touch $@
