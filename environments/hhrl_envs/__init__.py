@@ -1,0 +1,25 @@
+"""Driving environments for hierarchical reinforcement learning: stop at a stop-line behind traffic."""
+
+from hhrl_envs import observation
+from hhrl_envs.errors import InputError, UnknownScenarioError
+from hhrl_envs.options import Option
+from hhrl_envs.outcomes import Outcome
+from hhrl_envs.registry import SCENARIOS, get_scenario
+from hhrl_envs.scenario import Reward, Road, Scenario, Traffic, Vehicle
+from hhrl_envs.simulator import Simulator
+
+__all__ = [
+    "SCENARIOS",
+    "InputError",
+    "Option",
+    "Outcome",
+    "Reward",
+    "Road",
+    "Scenario",
+    "Simulator",
+    "Traffic",
+    "UnknownScenarioError",
+    "Vehicle",
+    "get_scenario",
+    "observation",
+]

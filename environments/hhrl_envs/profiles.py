@@ -1,0 +1,179 @@
+"""Behaviour profiles: how one front vehicle drives in one episode.
+
+A profile is drawn per vehicle and per episode: a family by its weight, then every parameter uniformly from the family's
+range. Units are SI. Sources of the ranges:
+
+- car following (desired speed, headway, acceleration, comfortable deceleration, gap): the Intelligent Driver Model of
+  Treiber, Hennecke and Helbing (2000), spread around the defaults of SUMO, nuPlan and Waymax;
+- stop position: the first car of a queue halts 1.1 +- 1.1 m before the line (TRID 152931); queue gaps 1.5 to 3.7 m;
+- braking for the line peaks near 2.5 m/s^2 at stop signs (SWOV), the design value is 3.4 m/s^2; hard braking lies above;
+- rolling stops: the mean minimum speed is 11.5 km/h (TRID 1496765);
+- dwell: no distribution was found in print, the range is a design choice.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hhrl_envs import layout
+from hhrl_envs.errors import InputError
+
+Range = tuple[float, float]
+
+STYLES = ("full", "rolling", "runs")
+
+PARAMETERS: dict[str, tuple[int, str]] = {
+    "desired_speed": (layout.DESIRED_SPEED, "m/s"),
+    "headway": (layout.HEADWAY, "s"),
+    "max_accel": (layout.MAX_ACCEL, "m/s^2"),
+    "comfort_decel": (layout.COMFORT_DECEL, "m/s^2"),
+    "min_gap": (layout.MIN_GAP, "m"),
+    "line_decel": (layout.LINE_DECEL, "m/s^2"),
+    "stop_position": (layout.STOP_POSITION, "m before the line"),
+    "line_speed": (layout.LINE_SPEED, "m/s at the line"),
+    "dwell": (layout.DWELL, "s"),
+    "start_delay": (layout.START_DELAY, "s"),
+    "slow_at": (layout.SLOW_AT, "m before the line"),
+    "slow_decel": (layout.SLOW_DECEL, "m/s^2"),
+    "slow_time": (layout.SLOW_TIME, "s"),
+}
+"""Name of every profile parameter: its row in the packed profile array, and its unit."""
+
+
+@dataclass(frozen=True)
+class ProfileFamily:
+    """One family of drivers: its share of the traffic, its stop styles, and the range of every parameter.
+
+    ``styles`` are the probabilities of a full stop, a rolling stop and running the line. A rolling vehicle passes the line
+    at ``line_speed``; a full stop halts ``stop_position`` metres before the line (negative: past it) and stands for
+    ``dwell``. With probability ``slow_chance`` the vehicle brakes once without a reason, ``slow_at`` metres before the line.
+    """
+
+    name: str
+    weight: float
+    desired_speed: Range = (8.0, 12.0)
+    headway: Range = (0.8, 2.0)
+    max_accel: Range = (0.8, 2.6)
+    comfort_decel: Range = (1.5, 4.5)
+    min_gap: Range = (1.0, 3.5)
+    line_decel: Range = (1.5, 3.4)
+    stop_position: Range = (0.0, 2.2)
+    line_speed: Range = (2.0, 4.5)
+    dwell: Range = (0.5, 4.0)
+    start_delay: Range = (0.3, 1.5)
+    slow_at: Range = (10.0, 50.0)
+    slow_decel: Range = (2.0, 5.0)
+    slow_time: Range = (0.5, 2.0)
+    slow_chance: float = 0.0
+    styles: tuple[float, float, float] = (1.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Reject a family that no vehicle could be drawn from."""
+        if not self.weight > 0.0:
+            raise InputError(f"profile family {self.name!r}: weight is {self.weight}; write a number above 0")
+        if abs(sum(self.styles) - 1.0) > 1e-9 or min(self.styles) < 0.0:
+            raise InputError(
+                f"profile family {self.name!r}: styles {self.styles} must be three shares that add up to 1"
+            )
+        if not 0.0 <= self.slow_chance <= 1.0:
+            raise InputError(
+                f"profile family {self.name!r}: slow_chance is {self.slow_chance}; write a share in [0, 1]"
+            )
+        for name in PARAMETERS:
+            self._check_range(name)
+
+    def _check_range(self, name: str) -> None:
+        low, high = getattr(self, name)
+        floor = -20.0 if name in ("stop_position", "slow_at") else 0.0
+        if name in ("max_accel", "comfort_decel", "line_decel", "desired_speed"):
+            floor = 0.1
+        if not floor <= low <= high < float("inf"):
+            raise InputError(
+                f"profile family {self.name!r}: {name} is ({low}, {high}); write (low, high) with {floor} <= low <= high"
+            )
+
+
+FAMILY_TABLE_WIDTH = 2 * len(PARAMETERS) + 5
+"""Columns of ``family_table``: low and high of every parameter, cumulative weight, slow chance, three cumulative styles."""
+
+
+def family_table(families: tuple[ProfileFamily, ...]) -> NDArray[np.float64]:
+    """Return the families as float64 [family, FAMILY_TABLE_WIDTH] for the compiled sampler."""
+    table = np.empty((len(families), FAMILY_TABLE_WIDTH))
+    weights = np.cumsum([family.weight for family in families])
+    for row, family in enumerate(families):
+        for name, (column, _) in PARAMETERS.items():
+            table[row, 2 * column : 2 * column + 2] = getattr(family, name)
+        table[row, -5] = weights[row] / weights[-1]
+        table[row, -4] = family.slow_chance
+        table[row, -3:] = np.cumsum(family.styles)
+    table[-1, -5] = 1.0
+    return table
+
+
+def describe(profile: NDArray[np.float64], families: tuple[ProfileFamily, ...]) -> dict[str, float | str]:
+    """Return one vehicle's profile, float64 [PROFILE_SIZE], as a readable dict: family, stop style, every parameter."""
+    drawn: dict[str, float | str] = {
+        "family": families[int(profile[layout.FAMILY])].name,
+        "style": STYLES[int(profile[layout.STYLE])],
+    }
+    drawn.update({name: float(profile[row]) for name, (row, _) in PARAMETERS.items()})
+    return drawn
+
+
+TRAIN_FAMILIES = (
+    ProfileFamily(
+        "calm",
+        0.30,
+        desired_speed=(7.0, 10.0),
+        headway=(1.4, 2.0),
+        max_accel=(0.8, 1.6),
+        comfort_decel=(1.5, 2.5),
+        min_gap=(2.0, 3.5),
+        line_decel=(1.5, 2.5),
+        dwell=(1.0, 4.0),
+    ),
+    ProfileFamily(
+        "brisk",
+        0.25,
+        desired_speed=(9.0, 12.0),
+        headway=(0.8, 1.4),
+        max_accel=(1.5, 2.6),
+        comfort_decel=(2.5, 4.5),
+        min_gap=(1.0, 2.5),
+        line_decel=(2.5, 3.4),
+        dwell=(0.5, 2.0),
+        start_delay=(0.3, 0.8),
+        styles=(0.6, 0.4, 0.0),
+    ),
+    ProfileFamily(
+        "late-braking",
+        0.20,
+        desired_speed=(9.0, 12.0),
+        headway=(0.8, 1.6),
+        max_accel=(1.2, 2.6),
+        line_decel=(3.4, 6.0),
+        comfort_decel=(3.0, 4.5),
+        dwell=(0.5, 3.0),
+    ),
+    ProfileFamily(
+        "hesitant",
+        0.15,
+        desired_speed=(6.0, 10.0),
+        headway=(1.2, 2.0),
+        line_decel=(1.5, 3.0),
+        dwell=(2.0, 6.0),
+        start_delay=(1.0, 2.5),
+        slow_chance=0.6,
+    ),
+    ProfileFamily(
+        "heedless",
+        0.10,
+        desired_speed=(9.0, 12.0),
+        headway=(0.8, 1.2),
+        max_accel=(1.5, 2.6),
+        styles=(0.0, 0.3, 0.7),
+    ),
+)
+"""The families that the main task draws from."""
