@@ -1,7 +1,9 @@
 """The one way in which this package compiles its kernels, with the types that it uses."""
 
+import hashlib
 from collections.abc import Callable
-from typing import TypeVar, cast
+from pathlib import Path
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numba import njit
@@ -16,10 +18,23 @@ Codes = NDArray[np.int8]
 F = TypeVar("F", bound=Callable[..., object])
 
 
+def _digest_sources() -> str:
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
+
+
+_SOURCES = _digest_sources()
+
+
 def kernel(function: F) -> F:
     """Return ``function`` compiled: cached on disk, without the interpreter lock, with exact IEEE arithmetic.
 
     ``error_model="numpy"`` lets a division by zero give inf instead of an exception, without which no loop with a division
     would vectorise. ``fastmath`` stays off: the same bits on every machine, in every batch.
     """
-    return cast(F, njit(cache=True, nogil=True, error_model="numpy")(function))
+    compiled: Any = njit(cache=True, nogil=True, error_model="numpy")(function)
+    # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and the
+    # old physics would run on: date it by all sources of the package.
+    entries = compiled._cache._cache_file
+    entries._source_stamp = (entries._source_stamp, _SOURCES)
+    return cast(F, compiled)

@@ -51,14 +51,14 @@ def safe_speed(v: float, gap: float, v_leader: float, dt: float) -> float:
 
 @kernel
 def next_phase(
-    phase: float, v: float, to_stop: float, needed: float, brakes_at: float, v_line: float, rested: bool
+    phase: float, v: float, to_stop: float, needed: float, line_decel: float, full: bool, rested: bool
 ) -> float:
     """Return the phase after this step's facts; see the module's text for the cycle of phases."""
-    full = v_line == 0.0
     towards = (phase == APPROACHING) | (phase == BRAKING)
-    braking = (needed >= brakes_at) | ((phase == BRAKING) & (needed >= RELEASE * brakes_at))
+    arriving = full & (to_stop <= ARRIVED)
+    braking = (needed >= line_decel) | ((phase == BRAKING) & (arriving | (needed >= RELEASE * line_decel)))
     heading = BRAKING if braking else APPROACHING
-    heading = DWELLING if full & (v == 0.0) & (to_stop <= ARRIVED) else heading
+    heading = DWELLING if arriving & (v == 0.0) else heading
     heading = LEAVING if (not full) & (to_stop <= 0.0) else heading
     resting = LEAVING if rested else DWELLING
     return heading if towards else (resting if phase == DWELLING else LEAVING)
@@ -77,13 +77,15 @@ def drive_slot(state: Floats, profile: Floats, k: int, c: Floats, rows: int) -> 
         to_stop = -profile[layout.STOP_POSITION, k, i] - x
         needed = needed_decel(v, v_line, to_stop)
         rested = standing >= profile[layout.DWELL, k, i]
-        phase = next_phase(phase, v, to_stop, needed, profile[layout.LINE_DECEL, k, i], v_line, rested)
+        full, line_decel = v_line == 0.0, profile[layout.LINE_DECEL, k, i]
+        phase = next_phase(phase, v, to_stop, needed, line_decel, full, rested)
 
         a = idm(
             v, v_leader, gap, profile[layout.DESIRED_SPEED, k, i], profile[layout.HEADWAY, k, i],
             profile[layout.MAX_ACCEL, k, i], profile[layout.COMFORT_DECEL, k, i], profile[layout.MIN_GAP, k, i],
         )  # fmt: skip
-        a = min(a, -needed) if phase == BRAKING else a
+        braking = max(needed, line_decel) if full & (to_stop <= ARRIVED) else needed
+        a = min(a, -braking) if phase == BRAKING else a
         a = min(a, -profile[layout.SLOW_DECEL, k, i]) if slowing > 0.0 else a
         wants = (a > 0.0) | (phase == DWELLING)
         held = (v == 0.0) & ((phase == DWELLING) | (standing < delay))

@@ -21,6 +21,7 @@ PARAMETERS = layout.SLOW_TIME + 1
 FULL, ROLLING, RUNS = range(3)
 NEVER = -1.0e5  # m; a place before the line that no vehicle passes
 EASY_DECEL = 3.0  # m/s^2; initial speeds leave every follower this comfortable a stop
+SHORT_HEADWAY = 1.0  # s; initial speeds above the leader's leave every follower this much time
 MAX_ATTEMPTS = 1000
 
 
@@ -69,7 +70,7 @@ def place_vehicles(state: Floats, fronts: int, i: int, seed: np.uint64, episode:
     for k in range(fronts - 1, 0, -1):
         gap = state[layout.POSITION, k + 1, i] - c[layout.LENGTH] - state[layout.POSITION, k, i]
         leader = state[layout.SPEED, k + 1, i]
-        bound = sqrt(leader * leader + 2.0 * EASY_DECEL * gap)
+        bound = min(sqrt(leader * leader + 2.0 * EASY_DECEL * gap), max(leader, gap / SHORT_HEADWAY))
         state[layout.SPEED, k, i] = min(state[layout.SPEED, k, i], bound)
 
 
