@@ -1,0 +1,19 @@
+"""Optional dependencies: imported when first needed, with a message that says which extra brings them."""
+
+from importlib.util import find_spec
+
+from hhrl_envs.errors import InputError
+
+
+class MissingExtraError(InputError):
+    """A feature was asked for whose optional dependency is not installed."""
+
+
+def require(module: str, extra: str) -> None:
+    """Return when the top-level ``module`` is installed.
+
+    Raises:
+        MissingExtraError: it is not; the message names the extra of hhrl-bench that brings it.
+    """
+    if find_spec(module) is None:
+        raise MissingExtraError(f"{module} is not installed; run: pip install 'hhrl-bench[{extra}]'")

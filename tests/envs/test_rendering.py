@@ -1,0 +1,99 @@
+"""Frames: their shape, what they show, and that they need neither a display nor more than the extra."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hhrl_envs import Option, Outcome, Simulator, drawing, extras, get_scenario
+from hhrl_envs.moments import Moment, moment_of
+from hhrl_envs.rendering import Renderer
+from hhrl_envs.scene import OPTION_COLOURS, OUTCOME_COLOURS, picture
+from numpy.typing import NDArray
+
+SCENARIO = get_scenario("stop-line-v0")
+ABSENT = (np.nan, np.nan, np.nan)
+
+
+def moment(
+    *vehicles: tuple[float, float, float], outcome: Outcome = Outcome.RUNNING, option: Option | None = None
+) -> Moment:
+    return Moment(SCENARIO, np.array(vehicles), time=1.0, outcome=outcome, option=option)
+
+
+def count(frame: NDArray[np.uint8], colour: drawing.Colour) -> int:
+    return int((frame == np.array(colour, np.uint8)).all(axis=-1).sum())
+
+
+def test_frame_of_a_simulator_has_the_documented_shape_and_repeats() -> None:
+    simulator = Simulator(SCENARIO, 2)
+    simulator.reset(np.array([3, 4], np.uint64))
+    renderer = Renderer(SCENARIO)
+    frame = renderer.frame(simulator, row=1, option=int(Option.FFV))
+    assert frame.shape == (240, 960, 3)
+    assert frame.dtype == np.uint8
+    assert np.array_equal(frame, renderer.frame(simulator, row=1, option=int(Option.FFV)))
+    assert not np.array_equal(frame, renderer.frame(simulator, row=0, option=int(Option.FFV)))
+
+
+def test_moment_measures_what_the_observation_says() -> None:
+    simulator = Simulator(SCENARIO, 64)
+    simulator.reset(np.arange(64, dtype=np.uint64))
+    for row in range(64):
+        now = moment_of(simulator, row, option=-1)
+        assert now.option is None
+        assert now.d_d == pytest.approx(float(simulator.observations[row, 8]) * 64, abs=1e-4)
+        expected = float(simulator.observations[row, 3]) * 64
+        assert (SCENARIO.road.sensor_range if now.d_f is None else now.d_f) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize("option", Option)
+def test_selected_option_is_highlighted(option: Option) -> None:
+    vehicles = ((-60.0, 8.0, 0.0), (-30.0, 5.0, 0.0))
+    colour = OPTION_COLOURS[option]
+    assert (
+        count(picture(moment(*vehicles, option=option)), colour) > 5 * count(picture(moment(*vehicles)), colour) + 500
+    )
+
+
+def test_braking_lights_both_lamps_of_a_vehicle() -> None:
+    cruising = count(picture(moment((-60.0, 8.0, 0.0))), drawing.VERMILLION)
+    braking = count(picture(moment((-60.0, 8.0, -2.0))), drawing.VERMILLION)
+    assert cruising == 0
+    assert braking > 10
+
+
+def test_absent_and_distant_vehicles_are_not_drawn() -> None:
+    alone = picture(moment((-60.0, 8.0, 0.0)))
+    assert np.array_equal(alone, picture(moment((-60.0, 8.0, 0.0), ABSENT)))
+    assert np.array_equal(alone, picture(moment((-60.0, 8.0, 0.0), (500.0, 8.0, 0.0))))
+
+
+@pytest.mark.parametrize("outcome", [outcome for outcome in Outcome if outcome is not Outcome.RUNNING])
+def test_outcome_fills_the_header(outcome: Outcome) -> None:
+    header = picture(moment((-1.0, 0.0, 0.0), outcome=outcome))[:30]
+    assert count(header, OUTCOME_COLOURS[outcome]) > 0.8 * header.shape[0] * header.shape[1]
+
+
+def test_vehicles_keep_their_scale() -> None:
+    frame = picture(moment((-60.0, 8.0, 0.0)))
+    middle = frame[88]
+    blue = np.flatnonzero((middle == np.array(drawing.BLUE, np.uint8)).all(axis=-1))
+    assert blue[-1] - blue[0] == pytest.approx(SCENARIO.vehicle.length * 960 / 112, abs=4)
+
+
+def test_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(extras, "find_spec", lambda _: None)
+    with pytest.raises(extras.MissingExtraError, match=r"pip install 'hhrl-bench\[render\]'"):
+        Renderer(SCENARIO)
+
+
+def test_rendering_opens_no_display_and_is_imported_on_demand_only() -> None:
+    code = (
+        "import sys, numpy as np; from hhrl_envs import Simulator, get_scenario; from hhrl_envs.rendering import Renderer;"
+        "assert 'pygame' not in sys.modules;"
+        "s = Simulator(get_scenario('stop-line-v0'), 1); s.reset(np.zeros(1, np.uint64));"
+        "Renderer(s.scenario).frame(s); import pygame; assert not pygame.display.get_init()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
