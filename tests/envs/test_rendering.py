@@ -5,11 +5,12 @@ import sys
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+
 from hhrl_envs import Option, Outcome, Simulator, drawing, extras, get_scenario
 from hhrl_envs.moments import Moment, moment_of
 from hhrl_envs.rendering import Renderer
 from hhrl_envs.scene import OPTION_COLOURS, OUTCOME_COLOURS, picture
-from numpy.typing import NDArray
 
 SCENARIO = get_scenario("stop-line-v0")
 ABSENT = (np.nan, np.nan, np.nan)
@@ -89,11 +90,16 @@ def test_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_rendering_opens_no_display_and_is_imported_on_demand_only() -> None:
-    code = (
-        "import sys, numpy as np; from hhrl_envs import Simulator, get_scenario; from hhrl_envs.rendering import Renderer;"
-        "assert 'pygame' not in sys.modules;"
-        "s = Simulator(get_scenario('stop-line-v0'), 1); s.reset(np.zeros(1, np.uint64));"
-        "Renderer(s.scenario).frame(s); import pygame; assert not pygame.display.get_init()"
-    )
+    code = """if True:
+        import sys, numpy as np
+        from hhrl_envs import Simulator, get_scenario
+        from hhrl_envs.rendering import Renderer
+        assert "pygame" not in sys.modules
+        simulator = Simulator(get_scenario("stop-line-v0"), 1)
+        simulator.reset(np.zeros(1, np.uint64))
+        Renderer(simulator.scenario).frame(simulator)
+        import pygame
+        assert not pygame.display.get_init()
+    """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
