@@ -1,0 +1,107 @@
+"""Learning methods as data: what distinguishes them, and every hyperparameter of their learner."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, field
+from typing import Literal
+
+from hhrl_envs.errors import InputError
+
+
+@dataclass(frozen=True)
+class LearnerConfig:
+    """Every hyperparameter of a learner; one seed's counts, whatever is stacked beside it.
+
+    Attributes:
+        hidden: units of the hidden layers of every network.
+        n_envs: environments stepped together.
+        steps_per_update: environment steps for each gradient step.
+        batch_size: transitions for each level's gradient step.
+        replay_capacity: transitions kept.
+        warmup: environment steps of random actions before the first gradient step.
+        target_interval: gradient steps between copies to the target networks (1: the paper's "every call").
+        learning_rate, final_learning_rate: Adam's, changed linearly over the training budget.
+        max_gradient_norm: bound of each network's gradient, for each seed by itself.
+        gamma: discount of one step.
+        reward_scale: what rewards are multiplied with before learning.
+        exploration_share: share of the budget over which epsilon falls from 1 to `final_epsilon`.
+        final_epsilon: chance of a random option, and of a random action, after that.
+        timeout: "truncation" bootstraps through the time limit and leaves the timeout penalty out of the target;
+            "terminal" is the paper's literal reading.
+        priority: p^a of the hierarchical prioritised replay. "clip" is max(|delta_a| - |delta_o|, 0) of scaled errors,
+            "shift" the paper's literal |delta_a| - |delta_o| minus its minimum over the batch.
+        priority_exponent, importance_exponent: alpha and beta of Algorithm 3.
+        report_every: environment steps between two progress reports.
+    """
+
+    hidden: tuple[int, ...] = (64, 64)
+    n_envs: int = 16
+    steps_per_update: int = 4
+    batch_size: int = 64
+    replay_capacity: int = 100_000
+    warmup: int = 2_000
+    target_interval: int = 250
+    learning_rate: float = 1e-3
+    final_learning_rate: float = 5e-5
+    max_gradient_norm: float = 5.0
+    gamma: float = 0.99
+    reward_scale: float = 0.05
+    exploration_share: float = 0.3
+    final_epsilon: float = 0.02
+    timeout: Literal["truncation", "terminal"] = "truncation"
+    priority: Literal["clip", "shift"] = "clip"
+    priority_exponent: float = 0.6
+    importance_exponent: float = 0.4
+    report_every: int = 10_000
+
+    def __post_init__(self) -> None:
+        """Reject values without a meaning."""
+        counts = ("n_envs", "steps_per_update", "batch_size", "target_interval", "report_every")
+        for name in counts:
+            self._require(name, getattr(self, name) >= 1, "a whole number, at least 1")
+        for name in ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale"):
+            self._require(name, getattr(self, name) > 0, "a number above 0")
+        for name in ("gamma", "final_epsilon", "exploration_share", "priority_exponent", "importance_exponent"):
+            self._require(name, 0 <= getattr(self, name) <= 1, "a number in [0, 1]")
+        self._require("hidden", len(self.hidden) > 0 and min(self.hidden) > 0, "one or more positive layer widths")
+        self._require("warmup", self.warmup >= self.n_envs, f"at least n_envs ({self.n_envs})")
+        self._require("replay_capacity", self.replay_capacity >= self.warmup, f"at least warmup ({self.warmup})")
+        self._require("timeout", self.timeout in {"truncation", "terminal"}, "truncation or terminal")
+        self._require("priority", self.priority in {"clip", "shift"}, "clip or shift")
+
+    def _require(self, name: str, holds: bool, allowed: str) -> None:
+        if not holds:
+            raise InputError(f"{name} is {getattr(self, name)!r}; write {allowed}")
+
+
+@dataclass(frozen=True)
+class Method:
+    """A learning method: flat Double DQN, or the hierarchical learner with the paper's three switches.
+
+    Attributes:
+        id: the name that the command line and the leaderboard use.
+        hierarchical: an option level over the action level; the switches below need it.
+        hybrid_reward: r^option and r^action at their levels instead of r^task at both.
+        hierarchical_per: hierarchical prioritised replay instead of uniform replay.
+        attention: the attention I(s, o) before the action network.
+        config: every hyperparameter.
+    """
+
+    id: str
+    hierarchical: bool = False
+    hybrid_reward: bool = False
+    hierarchical_per: bool = False
+    attention: bool = False
+    config: LearnerConfig = field(default_factory=LearnerConfig)
+
+    def __post_init__(self) -> None:
+        """Reject switches that a flat method does not have."""
+        if not self.hierarchical and (self.hybrid_reward or self.hierarchical_per or self.attention):
+            raise InputError(f"method {self.id!r} is flat; write hierarchical=True to use a switch of the hierarchy")
+
+    @property
+    def config_hash(self) -> str:
+        """The SHA-256 of the method's data without its id: equal hashes learn the same from the same seeds."""
+        data = asdict(self)
+        del data["id"]
+        return hashlib.sha256(json.dumps(data, sort_keys=True, allow_nan=False).encode()).hexdigest()

@@ -1,0 +1,32 @@
+"""The registered agents: rules that act at once, and methods that learn. Importable without torch."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from hhrl_agents.base import HierarchicalAgent
+from hhrl_agents.methods import Method
+from hhrl_agents.rules import rule_1, rule_2, rule_3, rule_4, rule_4_literal
+from hhrl_envs import Scenario
+
+RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType(
+    {
+        "rule-1": rule_1,
+        "rule-2": rule_2,
+        "rule-3": rule_3,
+        "rule-4": rule_4,
+        "rule-4-literal": rule_4_literal,
+    }
+)
+"""Every rule agent's constructor by its id."""
+
+_ALL = (
+    Method("ddqn"),
+    Method("hrl-0", hierarchical=True),
+    Method("hrl-1", hierarchical=True, hybrid_reward=True),
+    Method("hrl-2", hierarchical=True, hybrid_reward=True, hierarchical_per=True),
+    Method("hrl-3", hierarchical=True, hybrid_reward=True, attention=True),
+    Method("hybrid-hrl", hierarchical=True, hybrid_reward=True, hierarchical_per=True, attention=True),
+)
+
+METHODS: Mapping[str, Method] = MappingProxyType({method.id: method for method in _ALL})
+"""Every learning method by its id: flat Double DQN and the rows of the paper's table of HRL-based policies."""
