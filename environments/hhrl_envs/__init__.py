@@ -1,12 +1,14 @@
 """Driving environments for hierarchical reinforcement learning: stop at a stop-line behind traffic."""
 
-from hhrl_envs import observation
+from hhrl_envs import gym_registration, observation
 from hhrl_envs.errors import InputError, UnknownScenarioError
 from hhrl_envs.options import Option
 from hhrl_envs.outcomes import Outcome
 from hhrl_envs.registry import SCENARIOS, get_scenario
 from hhrl_envs.scenario import Reward, Road, Scenario, Traffic, Vehicle
 from hhrl_envs.simulator import Simulator
+
+gym_registration.register_all()
 
 __all__ = [
     "SCENARIOS",

@@ -29,12 +29,12 @@ _SOURCES = _digest_sources()
 def kernel(function: F) -> F:
     """Return ``function`` compiled: cached on disk, without the interpreter lock, with exact IEEE arithmetic.
 
-    ``error_model="numpy"`` lets a division by zero give inf instead of an exception, without which no loop with a division
-    would vectorise. ``fastmath`` stays off: the same bits on every machine, in every batch.
+    ``error_model="numpy"`` lets a division by zero give inf instead of an exception, without which no loop with a
+    division would vectorise. ``fastmath`` stays off: the same bits on every machine, in every batch.
     """
     compiled: Any = njit(cache=True, nogil=True, error_model="numpy")(function)
-    # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and the
-    # old physics would run on: date it by all sources of the package.
-    entries = compiled._cache._cache_file
-    entries._source_stamp = (entries._source_stamp, _SOURCES)
+    # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and
+    # the old physics would run on: date it by all sources of the package.
+    entries = compiled._cache._cache_file  # noqa: SLF001
+    entries._source_stamp = (entries._source_stamp, _SOURCES)  # noqa: SLF001
     return cast(F, compiled)

@@ -7,8 +7,9 @@ from hhrl_envs.compiled import Floats, kernel
 @kernel
 def actuate(accel: float, target: float, c: Floats) -> float:
     """Return the next actuator acceleration: a first-order lag towards ``target``, within the jerk limit."""
-    change = (target - accel) * c[layout.LAG_GAIN]
-    return accel + min(max(change, -c[layout.JERK_STEP]), c[layout.JERK_STEP])
+    change = (target - accel) * float(c[layout.LAG_GAIN])
+    most = float(c[layout.JERK_STEP])
+    return accel + min(max(change, -most), most)
 
 
 @kernel

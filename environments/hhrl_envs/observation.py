@@ -14,8 +14,8 @@
 | 9 | d_dc | m | 1/64 | - | d_d - d_ds, with d_ds = v_e^2 / (2 a_max) |
 | 10 | d_dc/d_ds | 1 | 1/4 | [-1, 10] | the same as a share of the stopping distance, floored at 0.5 m |
 
-An observation is the SI value times its scale, float32. The scales are powers of two, so that dividing by them gives back
-the float32 SI value exactly.
+An observation is the SI value times its scale, float32. The scales are powers of two, so that dividing by them gives
+back the float32 SI value exactly.
 """
 
 import numpy as np
@@ -44,13 +44,13 @@ def to_si(observations: Floats32) -> Floats32:
 @kernel
 def safety_distance(v_e: float, v_f: float, c: Floats) -> float:
     """Return d_fs of Eq. (dis) in metres."""
-    return max((v_e * v_e - v_f * v_f) / (2.0 * c[layout.NOMINAL_DECEL]), c[layout.SAFE_GAP])
+    return max((v_e * v_e - v_f * v_f) / (2.0 * float(c[layout.NOMINAL_DECEL])), float(c[layout.SAFE_GAP]))
 
 
 @kernel
 def stopping_distance(v_e: float, c: Floats) -> float:
     """Return d_ds of Eq. (dis) in metres."""
-    return v_e * v_e / (2.0 * c[layout.NOMINAL_DECEL])
+    return v_e * v_e / (2.0 * float(c[layout.NOMINAL_DECEL]))
 
 
 @kernel

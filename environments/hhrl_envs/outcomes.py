@@ -2,7 +2,6 @@
 
 from enum import IntEnum
 
-
 from hhrl_envs import layout
 from hhrl_envs.compiled import Codes, Floats, Ints, kernel
 
@@ -10,7 +9,8 @@ from hhrl_envs.compiled import Codes, Floats, Ints, kernel
 class Outcome(IntEnum):
     """The state of an episode. COLLISION, NOT_STOP, SUCCESS and REAR_ENDED terminate it, TIMEOUT truncates it.
 
-    Where several hold in one step the earlier one in this list counts. REAR_ENDED befalls controlled front vehicles only.
+    Where several hold in one step the earlier one in this list counts. REAR_ENDED befalls controlled front vehicles
+    only.
     """
 
     RUNNING = 0

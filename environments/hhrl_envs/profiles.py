@@ -6,7 +6,8 @@ range. Units are SI. Sources of the ranges:
 - car following (desired speed, headway, acceleration, comfortable deceleration, gap): the Intelligent Driver Model of
   Treiber, Hennecke and Helbing (2000), spread around the defaults of SUMO, nuPlan and Waymax;
 - stop position: the first car of a queue halts 1.1 +- 1.1 m before the line (TRID 152931); queue gaps 1.5 to 3.7 m;
-- braking for the line peaks near 2.5 m/s^2 at stop signs (SWOV), the design value is 3.4 m/s^2; hard braking lies above;
+- braking for the line peaks near 2.5 m/s^2 at stop signs (SWOV), the design value is 3.4 m/s^2; hard braking lies
+above;
 - rolling stops: the mean minimum speed is 11.5 km/h (TRID 1496765);
 - dwell: no distribution was found in print, the range is a design choice.
 """
@@ -45,9 +46,11 @@ PARAMETERS: dict[str, tuple[int, str]] = {
 class ProfileFamily:
     """One family of drivers: its share of the traffic, its stop styles, and the range of every parameter.
 
-    ``styles`` are the probabilities of a full stop, a rolling stop and running the line. A rolling vehicle passes the line
-    at ``line_speed``; a full stop halts ``stop_position`` metres before the line (negative: past it) and stands for
-    ``dwell``. With probability ``slow_chance`` the vehicle brakes once without a reason, ``slow_at`` metres before the line.
+    ``styles`` are the probabilities of a full stop, a rolling stop and running the line. A rolling vehicle passes the
+    line at ``line_speed``; a full stop halts ``stop_position`` metres before the line (negative: past it) and stands
+    for
+    ``dwell``. With probability ``slow_chance`` the vehicle brakes once without a reason, ``slow_at`` metres before the
+    line.
     """
 
     name: str
@@ -89,13 +92,13 @@ class ProfileFamily:
         if name in ("max_accel", "comfort_decel", "line_decel", "desired_speed"):
             floor = 0.1
         if not floor <= low <= high < float("inf"):
-            raise InputError(
-                f"profile family {self.name!r}: {name} is ({low}, {high}); write (low, high) with {floor} <= low <= high"
-            )
+            allowed = f"(low, high) with {floor} <= low <= high"
+            raise InputError(f"profile family {self.name!r}: {name} is ({low}, {high}); write {allowed}")
 
 
 FAMILY_TABLE_WIDTH = 2 * len(PARAMETERS) + 5
-"""Columns of ``family_table``: low and high of every parameter, cumulative weight, slow chance, three cumulative styles."""
+"""Columns of ``family_table``: low and high of every parameter, cumulative weight, slow chance, three cumulative
+styles."""
 
 
 def family_table(families: tuple[ProfileFamily, ...]) -> NDArray[np.float64]:

@@ -1,8 +1,8 @@
 """Scenarios: worlds as frozen, validated, hashable data.
 
-A scenario says what the road, the ego, the traffic and the reward are; the simulator is the same for all of them. Lengths are
-metres, times seconds, speeds m/s, accelerations m/s^2, jerk m/s^3. The stop-line stands at position 0, the ego starts at a
-negative position and drives towards it.
+A scenario says what the road, the ego, the traffic and the reward are; the simulator is the same for all of them.
+Lengths are metres, times seconds, speeds m/s, accelerations m/s^2, jerk m/s^3. The stop-line stands at position 0, the
+ego starts at a negative position and drives towards it.
 """
 
 import hashlib
@@ -66,7 +66,7 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Road:
-    """The approach: speed limit, stop window ``0 <= d_d <= stop_zone`` at ``v_e < stop_speed``, sensor range, starts."""
+    """The approach: speed limit, stop window ``0 <= d_d <= stop_zone`` at ``v_e < stop_speed``, sensor, starts."""
 
     speed_limit: float = 12.0
     stop_zone: float = 2.0
@@ -120,8 +120,9 @@ class Traffic:
 class Reward:
     """The constants of the paper's reward: sigma_1 time, sigma_2 jerk, sigma_3 collision, sigma_4 success.
 
-    The defaults are those that the paper's Table I implies. ``safe_gap`` is d_0 of Eq. (dis). The paper gives its jerk threshold
-    of 1 no unit; here it is in m/s^3. ``timeout_scale`` multiplies the timeout penalty d_d^2 (1 is the paper's).
+    The defaults are those that the paper's Table I implies. ``safe_gap`` is d_0 of Eq. (dis). The paper gives its jerk
+    threshold of 1 no unit; here it is in m/s^3. ``timeout_scale`` multiplies the timeout penalty d_d^2 (1 is the
+    paper's).
     """
 
     sigma_1: float = 0.01

@@ -52,8 +52,8 @@ def _step(
 class Simulator:
     """A batch of ``num_rows`` independent episodes of one scenario.
 
-    The attributes below hold the outcome of the last ``reset``, ``reset_done`` or ``step`` and are overwritten by the next one; copy
-    what you keep. A row whose episode has ended keeps its outcome and earns nothing until it is reset.
+    The attributes below hold the outcome of the last ``reset``, ``reset_done`` or ``step`` and are overwritten by the
+    next one; copy what you keep. A row whose episode has ended keeps its outcome and earns nothing until it is reset.
 
     Attributes:
         observations: float32 [B, 11], scaled; see ``hhrl_envs.observation``.
@@ -100,8 +100,11 @@ class Simulator:
 
     def reset_done(self) -> None:
         """Put every row whose episode has ended at the start of the next episode of its seed."""
+        self.next_episode(self.outcomes != RUNNING)
+
+    def next_episode(self, chosen: NDArray[np.bool_]) -> None:
+        """Put the chosen rows, bool [B], at the start of the next episode of their seeds."""
         self._require_reset()
-        chosen = self.outcomes != RUNNING
         self._episodes[chosen] += np.uint64(1)
         if chosen.any():
             self._begin(chosen)
@@ -117,8 +120,8 @@ class Simulator:
     def vehicles(self, row: int) -> Floats:
         """Return position [m], speed [m/s], acceleration [m/s^2] of the vehicles of one row, float64 [V, 3].
 
-        Slot 0 is the ego, slot k its k-th front vehicle; vehicles that the episode does not have are NaN. A position is that
-        of the front bumper, 0 at the stop-line and negative before it.
+        Slot 0 is the ego, slot k its k-th front vehicle; vehicles that the episode does not have are NaN. A position
+        is that of the front bumper, 0 at the stop-line and negative before it.
         """
         picked = self._state[[layout.POSITION, layout.SPEED, layout.ACCEL], :-1, row].T.copy()
         picked[~self._present(row)] = np.nan
@@ -129,7 +132,7 @@ class Simulator:
         slots = np.flatnonzero(self._present(row))[1:]
         return [describe(self._profile[:, k, row], self.scenario.traffic.families) for k in slots]
 
-    def seed_of(self, row: int) -> tuple[int, int]:
+    def key(self, row: int) -> tuple[int, int]:
         """Return (seed, episode) of one row."""
         return int(self._seeds[row]), int(self._episodes[row])
 

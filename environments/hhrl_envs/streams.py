@@ -1,7 +1,8 @@
 """Counter-based random streams: a draw is a pure function of its key, so it never depends on what was drawn before.
 
-The key is (seed, episode, vehicle, purpose); each part is absorbed by one round of the SplitMix64 finaliser (Steele, Lea and
-Flood 2014), whose output is uniform on 64 bits. Nothing here or above it touches numba's or numpy's global generators.
+The key is (seed, episode, vehicle, purpose); each part is absorbed by one round of the SplitMix64 finaliser (Steele,
+Lea and Flood 2014), whose output is uniform on 64 bits. Nothing here or above it touches numba's or numpy's global
+generators.
 """
 
 import numpy as np

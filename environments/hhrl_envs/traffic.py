@@ -1,10 +1,10 @@
 """Scripted front vehicles: IDM car following plus the behaviour at the stop-line.
 
 A vehicle approaches; once stopping at the line would take ``line_decel`` it brakes with exactly the deceleration that
-is needed; having stopped at the line it dwells, then it leaves. A rolling vehicle brakes down to ``line_speed`` and leaves without
-a halt; one that runs the line is leaving from the start. A vehicle that stands because of its leader starts only after its
-start delay, once there is room. Whatever a profile asks for, a safe-speed bound in the manner of Krauss (1998) keeps every
-follower able to stop behind its leader, so that scripted vehicles never overlap.
+is needed; having stopped at the line it dwells, then it leaves. A rolling vehicle brakes down to ``line_speed`` and
+leaves without a halt; one that runs the line is leaving from the start. A vehicle that stands because of its leader
+starts only after its start delay, once there is room. Whatever a profile asks for, a safe-speed bound in the manner of
+Krauss (1998) keeps every follower able to stop behind its leader, so that scripted vehicles never overlap.
 """
 
 from math import sqrt
@@ -66,7 +66,7 @@ def next_phase(
 
 @kernel
 def drive_slot(state: Floats, profile: Floats, k: int, c: Floats, rows: int) -> None:
-    """Advance the scripted vehicle in slot ``k`` of the first ``rows`` rows by one step; its leader has moved already."""
+    """Advance the scripted vehicle in slot ``k`` of every row by one step; its leader has moved already."""
     dt, length = c[layout.DT], c[layout.LENGTH]
     for i in range(rows):
         x, v, phase = state[layout.POSITION, k, i], state[layout.SPEED, k, i], state[layout.PHASE, k, i]

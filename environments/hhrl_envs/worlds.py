@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 
 from hhrl_envs import layout
-from hhrl_envs.compiled import Floats, Keys, kernel
+from hhrl_envs.compiled import Floats, kernel
 from hhrl_envs.dynamics import drive_ego
 from hhrl_envs.layout import APPROACHING, FAR, LEAVING
 from hhrl_envs.streams import between, stream, unit
@@ -115,9 +115,9 @@ def draw_world(
 def is_feasible(state: Floats, profile: Floats, i: int, c: Floats) -> bool:
     """Return whether some ego can succeed in row ``i``, which stands at its start.
 
-    Scripted vehicles never react to the ego behind them, so full braking minimises the ego's position at every time: if it
-    collides, the collision is unavoidable. Success also needs the front vehicles to leave the line early enough to
-    cover the last metres of the queue at walking pace before the time limit.
+    Scripted vehicles never react to the ego behind them, so full braking minimises the ego's position at every time:
+    if it collides, the collision is unavoidable. Success also needs the front vehicles to leave the line early
+    enough to cover the last metres of the queue at walking pace before the time limit.
     """
     world, drivers = state[:, :, i : i + 1].copy(), profile[:, :, i : i + 1].copy()
     brake = np.full(1, c[layout.EGO_MIN_ACCEL])
@@ -126,7 +126,7 @@ def is_feasible(state: Floats, profile: Floats, i: int, c: Floats) -> bool:
         if rear <= world[layout.POSITION, 0, 0]:
             return False
         if (rear > 0.0) & (world[layout.SPEED, 0, 0] == 0.0):
-            return step * c[layout.DT] <= c[layout.CLEAR_BY]
+            return bool(step * c[layout.DT] <= c[layout.CLEAR_BY])
         drive_traffic(world, drivers, c, 1)
         drive_ego(world, brake, c, 1)
     return False

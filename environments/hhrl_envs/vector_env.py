@@ -1,0 +1,76 @@
+"""The native vector view: all rows in one compiled step."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from hhrl_envs.errors import InputError
+from hhrl_envs.outcomes import Outcome
+from hhrl_envs.registry import get_scenario
+from hhrl_envs.scenario import Scenario
+from hhrl_envs.simulator import Simulator
+from hhrl_envs.views import Info, action_space, observation_space
+
+Batch = tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]
+
+
+class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[Any]]):
+    """``num_envs`` independent rows of one scenario with NEXT_STEP auto-reset.
+
+    ``reset(seed=s)`` gives row i the seed s + i, a list gives every row its own. The step after an episode's end
+    ignores that row's action, starts its next episode and returns the first observation with reward 0. ``infos`` holds
+    ``reward_option`` and
+    ``reward_action``, float64 [B, 2], and ``outcome``, int8 [B] of ``Outcome`` codes.
+    """
+
+    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+
+    def __init__(
+        self, num_envs: int = 1, scenario: Scenario | str = "stop-line-v0", render_mode: str | None = None
+    ) -> None:
+        if render_mode is not None:
+            raise InputError(
+                f"render_mode is {render_mode!r}; the vector view draws nothing, render a single environment"
+            )
+        self.scenario = get_scenario(scenario) if isinstance(scenario, str) else scenario
+        self.simulator = Simulator(self.scenario, num_envs)
+        self.num_envs, self.render_mode = num_envs, None
+        self.single_observation_space = observation_space(self.scenario)
+        self.single_action_space = action_space(self.scenario)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._seeded = False
+
+    def reset(
+        self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], Info]:
+        """Return the first observations, float32 [B, 11], and infos with each row's ``feasible``, bool [B]."""
+        if seed is None and self._seeded:
+            self.simulator.next_episode(np.ones(self.num_envs, np.bool_))
+        else:
+            first = seeding.np_random()[1] % 2**63 if seed is None else seed
+            self.simulator.reset(first + np.arange(self.num_envs) if isinstance(first, int) else np.asarray(first))
+            self._seeded = True
+        return self.simulator.observations.copy(), {"feasible": self.simulator.feasible.copy()}
+
+    def step(self, actions: NDArray[np.int64]) -> Batch:
+        """Return observations, r^task, terminations, truncations and infos after one step of every row."""
+        simulator = self.simulator
+        over = simulator.outcomes != Outcome.RUNNING
+        simulator.step(actions)
+        if over.any():
+            simulator.next_episode(over)
+        outcomes = simulator.outcomes.copy()
+        truncations = outcomes == Outcome.TIMEOUT
+        infos = {
+            "reward_option": simulator.reward_option.copy(),
+            "reward_action": simulator.reward_action.copy(),
+            "outcome": outcomes,
+        }
+        terminations = (outcomes != Outcome.RUNNING) & ~truncations
+        return simulator.observations.copy(), simulator.rewards.copy(), terminations, truncations, infos
