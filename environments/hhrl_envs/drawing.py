@@ -16,10 +16,10 @@ Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
 # Okabe and Ito's palette, distinguishable with every kind of colour vision, and greys
-BLUE, SKY, GREEN = (0, 114, 178), (86, 180, 233), (0, 158, 115)
+BLUE, GREEN = (0, 114, 178), (0, 158, 115)
 ORANGE, VERMILLION, PURPLE = (230, 159, 0), (213, 94, 0), (150, 82, 122)
 INK, GREY, PALE, PAPER, WHITE = (28, 34, 43), (107, 116, 128), (208, 213, 219), (246, 246, 243), (255, 255, 255)
-NAMED_COLOURS = (BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE, INK, GREY, PALE, PAPER, WHITE)
+NAMED_COLOURS = (BLUE, GREEN, ORANGE, VERMILLION, PURPLE, INK, GREY, PALE, PAPER, WHITE)
 
 _OVERSAMPLING = 2
 

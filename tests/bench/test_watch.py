@@ -1,0 +1,133 @@
+"""Watching: the drawn episode is the evaluated one, and files are whole or absent."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from hhrl_agents import RULES, Agent, Decision
+from hhrl_bench import evaluate
+from hhrl_bench.chart import Chart
+from hhrl_bench.errors import OutputError, SeedError
+from hhrl_bench.tasks import get_task
+from hhrl_bench.watch import record, watch
+from hhrl_envs import InputError, Option, Outcome, extras, get_scenario
+from hhrl_envs.drawing import BLUE, GREEN, GREY, ORANGE, Canvas, Colour
+
+TASK = get_task("stop-line-v0")
+
+
+class Coasting:
+    """A flat agent that holds the level nearest to no acceleration."""
+
+    def reset(self, mask: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> None:
+        pass
+
+    def act(self, observations: np.ndarray[tuple[int, int], np.dtype[np.float32]]) -> Decision:
+        level = int(np.abs(get_scenario(TASK.scenario).vehicle.levels).argmin())
+        return Decision(np.full(len(observations), -1), np.full(len(observations), level))
+
+
+class Unplayable(Coasting):
+    """An agent that must not be asked."""
+
+    def act(self, observations: np.ndarray[tuple[int, int], np.dtype[np.float32]]) -> Decision:
+        raise AssertionError("played before the request was checked")
+
+
+def rule(name: str) -> Agent:
+    return RULES[name](get_scenario(TASK.scenario))
+
+
+def count(image: Image.Image, colour: Colour) -> int:
+    return int((np.asarray(image.convert("RGB")) == np.array(colour, np.uint8)).all(axis=-1).sum())
+
+
+@pytest.mark.parametrize("name", ["rule-1", "rule-2", "rule-4"])
+def test_recorded_episode_is_the_evaluated_one(name: str) -> None:
+    records = evaluate(rule(name), TASK, episodes=4)
+    for episode in range(4):
+        moments = record(rule(name), TASK, episode)
+        assert int(moments[-1].outcome) == records.outcome[episode]
+        assert len(moments) == records.steps[episode] + 1
+        assert all(moment.outcome is Outcome.RUNNING for moment in moments[:-1])
+        assert [round(moment.time / 0.1) for moment in moments] == list(range(len(moments)))
+
+
+def test_episode_of_a_later_batch_is_the_evaluated_one() -> None:
+    records = evaluate(rule("rule-3"), TASK, episodes=503)
+    moments = record(rule("rule-3"), TASK, 502)
+    assert (int(moments[-1].outcome), len(moments) - 1) == (records.outcome[502], records.steps[502])
+
+
+def test_gif_shows_every_step_in_real_time(tmp_path: Path) -> None:
+    out = tmp_path / "film.gif"
+    outcome = watch(rule("rule-2"), TASK, out, episode=0)
+    moments = record(rule("rule-2"), TASK, 0)
+    assert outcome is moments[-1].outcome
+    with Image.open(out) as film:
+        durations = []
+        for frame in range(film.n_frames):  # type: ignore[attr-defined]
+            film.seek(frame)
+            durations.append(film.info["duration"])
+        assert film.size == (960, 240)
+    assert len(durations) == len(moments)
+    assert set(durations[:-1]) == {100}
+    assert durations[-1] > 1000
+    assert [path.name for path in tmp_path.iterdir()] == ["film.gif"]
+
+
+def test_png_holds_key_frames_and_both_charts(tmp_path: Path) -> None:
+    out = tmp_path / "new" / "strip.PNG"
+    watch(rule("rule-4"), TASK, out, episode=3)
+    with Image.open(out) as strip:
+        assert strip.format == "PNG"
+        frames, charts = strip.crop((0, 0, 960, 800)), strip.crop((0, 820, 960, strip.height))
+        assert count(frames, BLUE) > 6 * 200
+        assert min(count(charts, colour) for colour in (BLUE, ORANGE, GREEN)) > 500
+
+
+def test_flat_agents_have_no_option_to_show(tmp_path: Path) -> None:
+    moments = record(Coasting(), TASK, 0)
+    assert {moment.option for moment in moments} == {None}
+    watch(Coasting(), TASK, tmp_path / "strip.png")
+    assert (tmp_path / "strip.png").stat().st_size > 0
+
+
+def test_held_option_is_selected_throughout() -> None:
+    assert {moment.option for moment in record(rule("rule-4"), TASK, 0, Option.SSL)} == {Option.SSL}
+
+
+@pytest.mark.parametrize("name", ["film.mp4", "film", "film.gif.txt"])
+def test_other_suffixes_are_refused_before_playing(tmp_path: Path, name: str) -> None:
+    with pytest.raises(OutputError, match=r"ends in \.gif or \.png"):
+        watch(Unplayable(), TASK, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_folder_in_the_place_of_the_file_is_refused_before_playing(tmp_path: Path) -> None:
+    (tmp_path / "film.gif").mkdir()
+    with pytest.raises(OutputError, match="not a file"):
+        watch(Unplayable(), TASK, tmp_path / "film.gif")
+
+
+@pytest.mark.parametrize("episode", [-1, 10**9])
+def test_episodes_outside_the_test_range_are_refused(tmp_path: Path, episode: int) -> None:
+    with pytest.raises(SeedError):
+        watch(rule("rule-1"), TASK, tmp_path / "film.gif", episode)
+    assert not list(tmp_path.iterdir())
+
+
+def test_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(extras, "find_spec", lambda _: None)
+    with pytest.raises(InputError, match=r"pip install 'hhrl-bench\[render\]'"):
+        watch(Unplayable(), TASK, tmp_path / "film.gif")
+
+
+def test_chart_line_breaks_where_a_value_is_missing() -> None:
+    whole, broken = Canvas(400, 200), Canvas(400, 200)
+    Chart(whole, 0, 200, 10.0, 5.0).line([(0.0, 1.0), (5.0, 1.0), (10.0, 1.0)], GREY)
+    Chart(broken, 0, 200, 10.0, 5.0).line([(0.0, 1.0), (2.0, 1.0), (5.0, float("nan")), (8.0, 1.0), (10.0, 1.0)], GREY)
+    inks = [int((canvas.pixels() == np.array(GREY, np.uint8)).all(axis=-1).sum()) for canvas in (whole, broken)]
+    assert inks[1] == pytest.approx(0.4 * inks[0], rel=0.05)
