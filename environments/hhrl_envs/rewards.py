@@ -37,7 +37,7 @@ COLLISION, NOT_STOP, TIMEOUT, SUCCESS = layout.COLLISION, layout.NOT_STOP, layou
 def unsafe_exp(x: float) -> float:
     """Return exp(x) for x clipped to [0, 1], by the Taylor series of exp(x/4) raised to the fourth power.
 
-    Only + and *: the same bits on every machine and at every vector width; within 4e-16 of the true value, relatively.
+    Only + and *: the same bits on every machine and at every vector width; within 2e-15 of the true value, relatively.
     """
     y = min(max(x, 0.0), 1.0) * 0.25
     s = 1.0 + y * (1.0 / 11.0)

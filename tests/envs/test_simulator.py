@@ -1,0 +1,210 @@
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hhrl_envs import SCENARIOS, InputError, Outcome, Scenario, Simulator, get_scenario, observation
+from hhrl_envs.rewards import TIME, TIMEOUT, unsafe_exp
+from support.driving import careful_actions, random_actions
+from support.reference import Facts, distances, rewards
+
+MAIN = get_scenario("stop-line-v0")
+EACH = pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenario: scenario.id)
+
+
+def roll(scenario: Scenario, seeds: NDArray[np.int64], actions: NDArray[np.int64]) -> bytes:
+    """Every observation, reward and outcome of the rows, row by row, with auto-reset."""
+    simulator = Simulator(scenario, seeds.size)
+    simulator.reset(seeds)
+    trail = []
+    for chosen in actions:
+        simulator.step(chosen)
+        trail.append(
+            np.concatenate(
+                [
+                    simulator.observations.astype(np.float64),
+                    simulator.terms,
+                    simulator.reward_option,
+                    simulator.reward_action,
+                    simulator.outcomes[:, None].astype(np.float64),
+                ],
+                axis=1,
+            )
+        )
+        simulator.reset_done()
+    return np.stack(trail, axis=1).tobytes()
+
+
+def facts_of(simulator: Simulator, row: int, accel_before: float) -> Facts:
+    vehicles = simulator.vehicles(row)
+    x, v, a = vehicles[0]
+    front = vehicles[1] if len(vehicles) > 1 and not np.isnan(vehicles[1, 0]) else np.array([np.inf, 0.0, 0.0])
+    d_f = front[0] - simulator.scenario.vehicle.length - x
+    jerk = (a - accel_before) / simulator.scenario.dt
+    return Facts(v, jerk, -x, d_f, front[1], Outcome(simulator.outcomes[row]))
+
+
+@EACH
+def test_rows_are_bit_identical_in_every_batch(scenario: Scenario) -> None:
+    seeds = np.arange(64)
+    actions = random_actions(1, 150, 64, scenario.num_actions)
+    together = np.frombuffer(roll(scenario, seeds, actions)).reshape(64, -1)
+    for start, size in ((0, 1), (3, 7), (20, 33)):
+        rows = slice(start, start + size)
+        alone = np.frombuffer(roll(scenario, seeds[rows], actions[:, rows])).reshape(size, -1)
+        assert alone.tobytes() == together[rows].tobytes()
+
+
+@EACH
+def test_rewards_and_observations_follow_the_equations(scenario: Scenario) -> None:
+    rows = 60
+    simulator = Simulator(scenario, rows)
+    simulator.reset(np.arange(rows))
+    seen: set[int] = set()
+    actions = random_actions(3, 620, rows, scenario.num_actions)
+    for t in range(620):
+        before = [simulator.vehicles(i)[0, 2] for i in range(rows)]
+        careful = careful_actions(simulator)
+        chosen = np.where(np.arange(rows) % 3 == 0, careful, actions[t])
+        chosen[rows - 2 :] = 0
+        simulator.step(chosen)
+        for i in range(rows):
+            check_row(simulator, i, before[i])
+        seen.update(simulator.outcomes.tolist())
+        simulator.reset_done()
+    assert seen == {Outcome.RUNNING, Outcome.COLLISION, Outcome.NOT_STOP, Outcome.SUCCESS, Outcome.TIMEOUT}
+
+
+def check_row(simulator: Simulator, i: int, accel_before: float) -> None:
+    facts = facts_of(simulator, i, accel_before)
+    task, option, action = rewards(facts, simulator.scenario)
+    close: dict[str, Any] = {"rtol": 1e-12, "atol": 1e-12}
+    np.testing.assert_allclose(simulator.rewards[i], task, **close)
+    np.testing.assert_allclose(simulator.reward_option[i], option, **close)
+    np.testing.assert_allclose(simulator.reward_action[i], action, **close)
+    sr = simulator.terms[i, [TIME, TIMEOUT, TIMEOUT + 1]].sum()
+    np.testing.assert_allclose(simulator.reward_option[i] + simulator.reward_action[i] - sr, task, **close)
+    si, d = observation.to_si(simulator.observations[i]), distances(facts, simulator.scenario)
+    wanted = [facts.v_e, facts.j_e, facts.d_d, d["d_dc"], d["d_fc"]]
+    columns = [observation.V_E, observation.J_E, observation.D_D, observation.D_DC, observation.D_FC]
+    if facts.outcome != Outcome.COLLISION:
+        np.testing.assert_allclose(si[columns], wanted, rtol=1e-6, atol=1e-6)
+    ratio = np.clip(d["d_dc"] / max(d["d_ds"], 0.5), -1.0, 10.0)
+    np.testing.assert_allclose(si[observation.DC_RATIO], ratio, rtol=1e-6, atol=1e-6)
+
+
+@EACH
+def test_vehicles_keep_within_physics(scenario: Scenario) -> None:
+    rows = 200
+    simulator = Simulator(scenario, rows)
+    simulator.reset(np.arange(rows) + 77)
+    actions = random_actions(5, 500, rows, scenario.num_actions)
+    before = np.stack([simulator.vehicles(i) for i in range(rows)])
+    for chosen in actions:
+        simulator.step(chosen)
+        after = np.stack([simulator.vehicles(i) for i in range(rows)])
+        assert not (after[:, :, 0] < before[:, :, 0]).any(), "a vehicle moved backwards"
+        assert np.nanmin(after[:, :, 1]) >= 0.0
+        assert after[:, 0, 1].max() <= scenario.road.speed_limit
+        gaps = after[:, 2:, 0] - scenario.vehicle.length - after[:, 1:-1, 0]
+        assert np.nanmin(gaps) > 0.0, "scripted vehicles overlap"
+        d_f = after[:, 1, 0] - scenario.vehicle.length - after[:, 0, 0]
+        running = simulator.outcomes == Outcome.RUNNING
+        assert not (d_f[running] <= 0.0).any(), "an overlap went unnoticed"
+        before = after
+
+
+@EACH
+def test_full_braking_is_never_beaten_in_position(scenario: Scenario) -> None:
+    rows = 128
+    braking, other = Simulator(scenario, rows), Simulator(scenario, rows)
+    braking.reset(np.arange(rows))
+    other.reset(np.arange(rows))
+    for chosen in random_actions(9, 120, rows, scenario.num_actions):
+        braking.step(np.zeros(rows, np.int64))
+        other.step(chosen)
+        d_braking = braking.observations[:, observation.D_D]
+        assert (other.observations[:, observation.D_D] <= d_braking).all()
+
+
+@EACH
+def test_feasible_worlds_can_be_survived_and_leave_time(scenario: Scenario) -> None:
+    rows = 300
+    simulator = Simulator(scenario, rows)
+    simulator.reset(np.arange(rows))
+    feasible = simulator.feasible.copy()
+    assert feasible.all() == scenario.feasible_only or feasible.mean() > 0.5
+    for _ in range(scenario.horizon):
+        simulator.step(np.zeros(rows, np.int64))
+    assert not ((simulator.outcomes == Outcome.COLLISION) & feasible).any()
+    rears = [np.nan_to_num(simulator.vehicles(i)[1, 0], nan=1e3) - scenario.vehicle.length for i in range(rows)]
+    assert (np.array(rears)[feasible] > 0.0).all()
+
+
+def test_an_ended_row_keeps_its_outcome_and_earns_nothing() -> None:
+    simulator = Simulator(MAIN, 3)
+    simulator.reset(np.arange(3))
+    throttle = np.full(3, MAIN.num_actions - 1)
+    while not (simulator.outcomes != Outcome.RUNNING).all():
+        simulator.step(throttle)
+    outcomes, steps = simulator.outcomes.copy(), simulator.steps.copy()
+    simulator.step(throttle)
+    assert (simulator.outcomes == outcomes).all()
+    assert (simulator.steps == steps).all()
+    assert not simulator.terms.any()
+
+
+def test_episodes_of_a_seed_differ_and_seeds_of_rows_do_not_leak() -> None:
+    simulator = Simulator(MAIN, 2)
+    simulator.reset([5, 5])
+    first = simulator.observations.copy()
+    assert (first[0] == first[1]).all()
+    simulator.next_episode(np.array([True, False]))
+    assert (simulator.observations[0] != first[0]).any()
+    assert (simulator.observations[1] == first[1]).all()
+    assert simulator.key(0) == (5, 1)
+
+
+def test_profiles_are_logged_within_their_families_ranges() -> None:
+    simulator = Simulator(MAIN, 50)
+    simulator.reset(np.arange(50))
+    families = {family.name: family for family in MAIN.traffic.families}
+    profiles = [profile for row in range(50) for profile in simulator.profiles(row)]
+    assert {profile["family"] for profile in profiles} == set(families)
+    for profile in profiles:
+        low, high = families[str(profile["family"])].headway
+        assert low <= float(profile["headway"]) <= high
+
+
+@pytest.mark.parametrize(
+    ("actions", "words"),
+    [
+        (np.array([0, 6]), "action 6"),
+        (np.array([-1, 0]), "action -1"),
+        (np.array([0.0, np.nan]), "float64"),
+        (np.array([0]), r"shape \(2,\)"),
+    ],
+)
+def test_bad_actions_are_named(actions: NDArray[Any], words: str) -> None:
+    simulator = Simulator(MAIN, 2)
+    simulator.reset([0, 1])
+    with pytest.raises(InputError, match=words):
+        simulator.step(actions)
+
+
+def test_step_before_reset_and_bad_seeds_are_errors() -> None:
+    simulator = Simulator(MAIN, 2)
+    with pytest.raises(InputError, match="reset"):
+        simulator.step(np.array([0, 0]))
+    for seeds in ([-1, 2], [1], [0.5, 1.0]):
+        with pytest.raises(InputError, match="seeds"):
+            simulator.reset(seeds)
+    with pytest.raises(InputError, match="num_rows"):
+        Simulator(MAIN, 0)
+
+
+def test_the_unsafe_exponential_is_exact_to_the_last_bits() -> None:
+    x = np.linspace(0.0, 1.0, 2001)
+    ours = np.array([unsafe_exp(value) for value in x])
+    np.testing.assert_allclose(ours, np.exp(x), rtol=2e-15)

@@ -1,0 +1,123 @@
+import warnings
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from hhrl_envs import SCENARIOS, InputError, Outcome, Scenario, stop_line_v0
+from hhrl_envs.gym_env import StopLineEnv
+from hhrl_envs.gym_registration import gym_id
+from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
+from hhrl_envs.vector_env import StopLineVectorEnv
+from support.driving import random_actions
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")
+    from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
+
+EACH = pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenario: scenario.id)
+pytestmark = pytest.mark.filterwarnings("ignore:We recommend agents:UserWarning")
+
+
+@EACH
+def test_pettingzoo_accepts_the_parallel_view(scenario: Scenario) -> None:
+    parallel_api_test(StopLineParallelEnv(scenario), num_cycles=500)
+    parallel_seed_test(lambda: StopLineParallelEnv(scenario))
+
+
+def test_pettingzoo_accepts_the_module_triad() -> None:
+    parallel_api_test(stop_line_v0.parallel_env(), num_cycles=200)
+    api_test(stop_line_v0.raw_env(), num_cycles=200)
+    api_test(stop_line_v0.env(), num_cycles=200)
+
+
+@EACH
+def test_gymnasium_accepts_the_single_view(scenario: Scenario) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gymnasium.make(gym_id(scenario.id)).unwrapped, skip_render_check=True)
+
+
+@EACH
+def test_all_views_tell_the_same_story(scenario: Scenario) -> None:
+    steps, seed = 700, 11
+    actions = random_actions(4, steps, 3, scenario.num_actions)
+    vector = StopLineVectorEnv(3, scenario)
+    single, parallel = StopLineEnv(scenario), StopLineParallelEnv(scenario)
+    batch, _ = vector.reset(seed=seed)
+    alone, _ = single.reset(seed=seed + 1)
+    together, _ = parallel.reset(seed=seed + 1)
+    assert (batch[1] == alone).all()
+    assert (batch[1] == together[EGO]).all()
+    over, endings = False, 0
+    for chosen in actions:
+        batch, rewards, terminated, truncated, infos = vector.step(chosen)
+        assert vector.observation_space.contains(batch)
+        if over:
+            alone, _ = single.reset()
+            together, _ = parallel.reset()
+            story: Any = (alone, 0.0, False, False)
+        else:
+            story = single.step(chosen[1])
+            told = parallel.step({EGO: int(chosen[1])})
+            assert (told[0][EGO] == story[0]).all()
+            assert (told[1][EGO], told[2][EGO], told[3][EGO]) == story[1:4]
+            assert (story[4]["reward_option"] == infos["reward_option"][1]).all()
+            assert (told[4][EGO]["reward_action"] == infos["reward_action"][1]).all()
+            assert told[4][EGO].get("outcome", Outcome.RUNNING) == infos["outcome"][1]
+        assert (batch[1] == story[0]).all()
+        assert (rewards[1], terminated[1], truncated[1]) == tuple(story[1:4])
+        over = bool(terminated[1] or truncated[1])
+        endings += over
+    assert endings > 1
+
+
+def test_make_vec_gives_the_native_vector_view() -> None:
+    env = gymnasium.make_vec("hhrl_envs/StopLine-v0", num_envs=4, vectorization_mode="vector_entry_point")
+    assert isinstance(env.unwrapped, StopLineVectorEnv)
+    observations, infos = env.reset(seed=[9, 8, 7, 6])  # type: ignore[arg-type]
+    assert observations.shape == (4, 11)
+    assert infos["feasible"].all()
+    again, _ = StopLineVectorEnv(1).reset(seed=7)
+    assert (again[0] == observations[2]).all()
+
+
+def test_reset_without_a_seed_goes_on_to_the_next_episode() -> None:
+    env = stop_line_v0.parallel_env()
+    _, first = env.reset(seed=3)
+    _, second = env.reset()
+    assert (first[EGO]["seed"], first[EGO]["episode"]) == (3, 0)
+    assert (second[EGO]["seed"], second[EGO]["episode"]) == (3, 1)
+    fresh = stop_line_v0.parallel_env()
+    assert fresh.reset()[1][EGO]["seed"] != stop_line_v0.parallel_env().reset()[1][EGO]["seed"]
+
+
+def test_wrong_use_is_named() -> None:
+    env = stop_line_v0.parallel_env()
+    with pytest.raises(InputError, match="before reset"):
+        env.step({EGO: 0})
+    env.reset(seed=1)
+    with pytest.raises(InputError, match="egon"):
+        env.step({"egon": 0})
+    with pytest.raises(InputError, match="action 17"):
+        env.step({EGO: 17})
+    with pytest.raises(InputError, match="render_mode"):
+        StopLineParallelEnv(render_mode="ascii")
+    with pytest.raises(InputError, match="render"):
+        StopLineVectorEnv(2, render_mode="rgb_array")
+    while env.agents:
+        env.step({EGO: 5})
+    with pytest.raises(InputError, match="write one action"):
+        env.step({EGO: 5})
+
+
+def test_render_draws_what_the_mode_asks_for() -> None:
+    env = StopLineParallelEnv(render_mode="rgb_array")
+    env.reset(seed=1)
+    frame = env.render()
+    assert frame is not None
+    assert frame.ndim == 3
+    assert np.ptp(frame) > 0
+    assert StopLineParallelEnv().render() is None

@@ -1,0 +1,52 @@
+"""The paper's equations in plain Python, written for the tests alone: one row, one step, no arrays."""
+
+from dataclasses import dataclass
+from math import exp
+
+from hhrl_envs import Outcome, Scenario
+
+
+@dataclass
+class Facts:
+    """What an observer outside the simulator sees of one step."""
+
+    v_e: float
+    j_e: float
+    d_d: float
+    d_f: float
+    v_f: float
+    outcome: Outcome
+
+
+def distances(facts: Facts, scenario: Scenario) -> dict[str, float]:
+    """Eq. (dis), with the documented sensor range."""
+    a_max, d_0 = scenario.vehicle.max_decel, scenario.reward.safe_gap
+    seen = facts.d_f <= scenario.road.sensor_range
+    d_f = facts.d_f if seen else scenario.road.sensor_range
+    v_f = facts.v_f if seen else scenario.road.speed_limit
+    d_fs = max((facts.v_e**2 - v_f**2) / (2 * a_max), d_0)
+    d_ds = facts.v_e**2 / (2 * a_max)
+    return {"d_fs": d_fs, "d_fc": d_f - d_fs, "d_ds": d_ds, "d_dc": facts.d_d - d_ds}
+
+
+def unsafe(chased: float, reference: float) -> float:
+    return exp(min(-chased / reference, 1.0)) if chased < 0 else 0.0
+
+
+def rewards(facts: Facts, scenario: Scenario) -> tuple[float, list[float], list[float]]:
+    """r^task, r^option and r^action of both options, event by event."""
+    r, d = scenario.reward, distances(facts, scenario)
+    unsafe_of = [unsafe(d["d_dc"], max(d["d_ds"], 0.5)), unsafe(d["d_fc"], d["d_fs"])]
+    failure_of = [
+        facts.v_e**2 if facts.outcome == Outcome.NOT_STOP else 0.0,
+        r.sigma_3 if facts.outcome == Outcome.COLLISION else 0.0,
+    ]
+    jerk = r.sigma_2 if abs(facts.j_e) > r.jerk_threshold else 0.0
+    sr = -r.sigma_1
+    if facts.outcome == Outcome.TIMEOUT:
+        sr -= r.timeout_scale * facts.d_d**2
+    if facts.outcome == Outcome.SUCCESS:
+        sr += r.sigma_4
+    option = [sr - unsafe_of[1 - k] - failure_of[1 - k] for k in (0, 1)]
+    action = [sr - jerk - unsafe_of[k] - failure_of[k] for k in (0, 1)]
+    return sr - jerk - sum(unsafe_of) - sum(failure_of), option, action
