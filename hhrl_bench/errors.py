@@ -1,0 +1,27 @@
+"""Errors of the harness: bad usage or input, said in one line."""
+
+from hhrl_envs.errors import InputError
+
+
+class UnknownTaskError(InputError):
+    """A task id that is not registered."""
+
+
+class UnknownSuiteError(InputError):
+    """A suite id that is not registered."""
+
+
+class SeedError(InputError):
+    """A list of seeds, or a number of episodes, that the seed ranges cannot serve."""
+
+
+class AgentError(InputError):
+    """An agent that cannot be found, loaded or played in this task."""
+
+
+class RecordError(InputError):
+    """A leaderboard file that is not one."""
+
+
+class OutputError(InputError):
+    """An output path that must not or cannot be written."""
