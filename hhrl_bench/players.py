@@ -1,0 +1,81 @@
+"""Agents as the evaluation plays them: every decision checked, failures said in one line, an option held on request."""
+
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hhrl_agents import Agent, Decision, HierarchicalAgent
+from hhrl_bench.errors import AgentError
+from hhrl_envs import Option
+
+IntArray = NDArray[np.int64]
+Result = TypeVar("Result")
+
+OPTIONS = {"stop": Option.SSL, "follow": Option.FFV}
+
+
+class Player(NamedTuple):
+    """An agent to be played by an evaluation, with ``num_actions`` levels; ``option`` holds the option fixed."""
+
+    agent: Agent
+    num_actions: int
+    option: Option | None = None
+
+    def reset(self, rows: int) -> None:
+        """Return nothing; tell the agent that all rows start an episode."""
+        guarded(lambda: self.agent.reset(np.ones(rows, np.bool_)), "reset")
+
+    def act(self, observations: NDArray[np.float32]) -> Decision:
+        """Return the checked decisions int64 [B] for observations float32 [B, 11].
+
+        Raises:
+            AgentError: if the agent fails, or answers anything but B options and B actions of the scenario.
+        """
+        rows = len(observations)
+        answer = guarded(lambda: self._ask(observations.copy()), "act")
+        if not isinstance(answer, tuple) or len(answer) != 2:
+            raise AgentError(f"the agent's act returned {type(answer).__name__}; return Decision(option, action)")
+        option = _checked(answer[0], "options", rows, -1, len(Option) - 1)
+        return Decision(option, _checked(answer[1], "actions", rows, 0, self.num_actions - 1))
+
+    def _ask(self, observations: NDArray[np.float32]) -> object:
+        if self.option is None:
+            return self.agent.act(observations)
+        if not isinstance(self.agent, HierarchicalAgent):
+            raise AgentError("a flat agent has no option to hold; leave out --option")
+        held = np.full(len(observations), self.option, np.int64)
+        return held, self.agent.act_with_option(observations, held)
+
+
+def guarded(call: Callable[[], Result], what: str) -> Result:
+    """Return what ``call`` returns.
+
+    Raises:
+        AgentError: in place of whatever else it raises, naming the error and the line it comes from.
+    """
+    try:
+        return call()
+    except AgentError:
+        raise
+    except Exception as error:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(frame.filename).name}, line {frame.lineno}"
+        raise AgentError(f"the agent's {what} raised {type(error).__name__}: {error} ({where})") from error
+
+
+def _checked(values: object, what: str, rows: int, low: int, high: int) -> IntArray:
+    try:
+        array = np.asarray(values)
+    except (ValueError, TypeError) as error:
+        raise AgentError(f"the agent's {what} are no array; return integers of shape ({rows},)") from error
+    if array.shape != (rows,) or array.dtype.kind not in "iu":
+        raise AgentError(
+            f"the agent's {what} have shape {array.shape} and type {array.dtype}; return integers of shape ({rows},)"
+        )
+    if array.min() < low or array.max() > high:
+        raise AgentError(f"the agent's {what} go from {array.min()} to {array.max()}; return {low} to {high}")
+    return array.astype(np.int64)
