@@ -1,0 +1,134 @@
+"""Agents by name: registered rules and methods, checkpoints, run directories and users' factories."""
+
+import hashlib
+import importlib
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal
+
+import hhrl_agents
+from hhrl_agents import METHODS, RULES, Agent
+from hhrl_bench.errors import AgentError
+from hhrl_bench.players import guarded
+from hhrl_bench.tasks import Task, get_task
+from hhrl_envs import Scenario, get_scenario
+from hhrl_envs.extras import require
+
+SHIPPED = Path(hhrl_agents.__file__).parent / "trained"
+CHECKPOINTS = "seed-[0-9]*.safetensors"
+
+Kind = Literal["rule", "learned", "factory"]
+
+
+@dataclass(frozen=True)
+class LoadedAgent:
+    """An agent ready to play; a learned one with its training seed, its checkpoint's sha256 and metadata."""
+
+    kind: Kind
+    agent: Agent
+    seed: int | None = None
+    sha256: str | None = None
+    metadata: Mapping[str, Any] | None = None
+
+
+def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
+    """Return the agent that ``source`` names, ready for ``task``; of several training seeds, the lowest.
+
+    Args:
+        source: a registered name, a checkpoint file, a run directory, or ``module:factory``.
+        task: a task or its id.
+
+    Raises:
+        InputError: in one line, where there is no such agent or it does not fit the task.
+    """
+    return load_agents(source, get_scenario(get_task(task).scenario))[0].agent
+
+
+def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
+    """Return what ``source`` names: one agent, or one for each training seed, lowest first; see :func:`load_agent`."""
+    name = str(source)
+    if name in RULES:
+        return [LoadedAgent("rule", RULES[name](scenario))]
+    if name in METHODS:
+        return _load_shipped(name, scenario)
+    path = Path(source)
+    if path.is_dir():
+        return _load_directory(path, scenario)
+    if path.is_file():
+        return [_load_checkpoint(path, scenario)]
+    if ":" in name:
+        return [LoadedAgent("factory", _call_factory(name, scenario))]
+    raise AgentError(
+        f"unknown agent {name!r}; write a checkpoint file, a run directory, module:factory, or one of: "
+        + ", ".join([*RULES, *shipped_methods()])
+    )
+
+
+def shipped_methods() -> dict[str, int]:
+    """Return how many trained seeds come with the package, for every method that has some."""
+    counts = {method: len(_checkpoints(SHIPPED / method)) for method in METHODS}
+    return {method: count for method, count in counts.items() if count}
+
+
+def _load_shipped(method: str, scenario: Scenario) -> list[LoadedAgent]:
+    if method not in shipped_methods():
+        raise AgentError(f"no trained {method} comes with the package; train it: hhrl-bench train {method}")
+    return _load_directory(SHIPPED / method, scenario)
+
+
+def _load_directory(folder: Path, scenario: Scenario) -> list[LoadedAgent]:
+    paths = _checkpoints(folder)
+    if not paths:
+        raise AgentError(f"{folder} holds no seed-<k>.safetensors; name a folder that hhrl-bench train has filled")
+    return sorted((_load_checkpoint(path, scenario) for path in paths), key=lambda loaded: loaded.seed or 0)
+
+
+def _checkpoints(folder: Path) -> list[Path]:
+    return [path for path in folder.glob(CHECKPOINTS) if not path.name.endswith(".final.safetensors")]
+
+
+def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
+    require("torch", "torch")
+    from hhrl_agents import checkpoints  # noqa: PLC0415
+
+    agent = checkpoints.load(path)
+    _require_fit(agent.metadata, scenario, path)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return LoadedAgent("learned", agent, int(agent.metadata["seed"]), digest, agent.metadata)
+
+
+def _require_fit(metadata: Mapping[str, Any], scenario: Scenario, path: Path) -> None:
+    if metadata["interface_hash"] != scenario.interface_hash:
+        raise AgentError(
+            f"{path} sees or acts otherwise than {scenario.id} asks: its interface hash is "
+            f"{metadata['interface_hash']}, the scenario's {scenario.interface_hash}"
+        )
+    if metadata["scenario"] == scenario.id and metadata["spec_hash"] != scenario.spec_hash:
+        raise AgentError(
+            f"{path} was trained in another version of {scenario.id}: its spec hash is {metadata['spec_hash']}, "
+            f"this version's {scenario.spec_hash}; train it again"
+        )
+
+
+def _call_factory(name: str, scenario: Scenario) -> Agent:
+    module, _, factory = name.partition(":")
+    make = getattr(_import(module), factory, None)
+    if not callable(make):
+        raise AgentError(f"module {module!r} has no callable {factory!r}; write module:factory")
+    agent = guarded(lambda: make(scenario), f"factory {name}")
+    if not isinstance(agent, Agent):
+        raise AgentError(f"{name} returned {type(agent).__name__}; return an agent: reset(mask) and act(observations)")
+    return agent
+
+
+def _import(module: str) -> ModuleType:
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
+    try:
+        return importlib.import_module(module)
+    except Exception as error:
+        raise AgentError(f"cannot import {module!r}: {type(error).__name__}: {error}") from error
