@@ -1,0 +1,56 @@
+"""Estimates with 95% confidence intervals; every random draw comes from a generator that is passed in."""
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+CONFIDENCE = 0.95
+RESAMPLES = 9999
+
+IntervalKind = Literal["wilson-episodes", "bootstrap-episodes", "bootstrap-seeds", "none"]
+FloatArray = NDArray[np.float64]
+
+
+class Estimate(NamedTuple):
+    """A mean with the bounds of its confidence interval, the interquartile mean, and what n counts; NaN: unknown."""
+
+    mean: float
+    low: float
+    high: float
+    iqm: float
+    n: int
+    interval: IntervalKind
+
+
+def wilson(successes: int, n: int) -> Estimate:
+    """Return the rate ``successes / n`` with its Wilson score interval (Wilson 1927)."""
+    from scipy.stats import binomtest  # noqa: PLC0415
+
+    bounds = binomtest(successes, n).proportion_ci(CONFIDENCE, method="wilson")
+    return Estimate(successes / n, float(bounds.low), float(bounds.high), math.nan, n, "wilson-episodes")
+
+
+def bootstrap_mean(values: FloatArray, rng: np.random.Generator, kind: IntervalKind) -> Estimate:
+    """Return the mean of ``values`` [n] with its percentile bootstrap interval, and their interquartile mean.
+
+    The bounds are NaN, and the kind "none", where n = 1 or a value is NaN.
+    """
+    from scipy.stats import bootstrap  # noqa: PLC0415
+
+    n = len(values)
+    mean, iqm = float(np.mean(values)), interquartile_mean(values)
+    if n < 2 or math.isnan(mean):
+        return Estimate(mean, math.nan, math.nan, iqm, n, "none")
+    bounds = bootstrap(
+        (values,), np.mean, n_resamples=RESAMPLES, batch=500, confidence_level=CONFIDENCE, method="percentile", rng=rng
+    ).confidence_interval
+    return Estimate(mean, float(bounds.low), float(bounds.high), iqm, n, kind)
+
+
+def interquartile_mean(values: FloatArray) -> float:
+    """Return the mean of ``values`` [n] without the lowest and the highest quarter (Agarwal et al. 2021)."""
+    from scipy.stats import trim_mean  # noqa: PLC0415
+
+    return float(trim_mean(values, 0.25))
