@@ -1,0 +1,43 @@
+"""What the documentation prints runs: every Python block, and every quick command of the command line."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from hhrl_bench.cli import app
+
+ROOT = Path(__file__).parents[2]
+PAGES = ("README.md", "environments/README.md")
+SLOW = ("hhrl-bench train", "hhrl-bench run", "hhrl-bench evaluate runs/", "hhrl-bench leaderboard")
+
+
+def blocks(page: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", (ROOT / page).read_text(), re.MULTILINE | re.DOTALL)
+
+
+def commands() -> list[str]:
+    lines = [line for block in blocks("README.md", "sh") for line in block.splitlines()]
+    own_agent = re.findall(r"`(hhrl-bench evaluate my_agent[^`]*)`", (ROOT / "README.md").read_text())
+    return [line for line in [*lines, *own_agent] if line.startswith("hhrl-bench ")]
+
+
+@pytest.mark.parametrize(("page", "code"), [(page, code) for page in PAGES for code in blocks(page, "python")])
+def test_python_blocks_run(page: str, code: str) -> None:
+    exec(compile(code, page, "exec"), {"__name__": "documentation"})
+
+
+@pytest.mark.parametrize("command", [line for line in commands() if not line.startswith(SLOW)])
+def test_quick_commands_run(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    own_agent = next(code for code in blocks("README.md", "python") if code.startswith("# my_agent.py"))
+    Path("my_agent.py").write_text(own_agent)
+    result = CliRunner().invoke(app, shlex.split(command, comments=True)[1:])
+    assert result.exit_code == 0, result.output
+
+
+def test_documentation_holds_the_commands_it_promises() -> None:
+    verbs = {line.split()[1] for line in commands()}
+    assert verbs == {"list", "evaluate", "watch", "run", "leaderboard", "train"}
