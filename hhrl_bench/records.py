@@ -1,0 +1,174 @@
+"""The published records: pydantic models that are the JSON schema of evaluations and leaderboards.
+
+Records are strict (no unknown key, no coerced type), frozen, and hold finite numbers or null. All that varies between
+two runs of a command (clock, machine, versions) stands in the ``provenance`` block; the rest is equal digit for digit.
+"""
+
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+
+from hhrl_bench.statistics import IntervalKind
+
+SCHEMA_VERSION: Final = 1
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Rate = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1.0)]
+Count = Annotated[int, Field(ge=0)]
+Positive = Annotated[int, Field(ge=1)]
+Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
+Commit = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{40}(-dirty)?$")]
+Name = Annotated[str, StringConstraints(min_length=1, max_length=500)]
+OptionName = Literal["stop", "follow"]
+
+
+class Record(BaseModel):
+    """What all records share: unknown keys, wrong types and changes are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class MetricRecord(Record):
+    """A mean with its 95% interval; ``n`` counts episodes or seeds as ``interval`` says; null: the agent has none."""
+
+    mean: Finite | None
+    low: Finite | None
+    high: Finite | None
+    iqm: Finite | None
+    n: Positive
+    interval: IntervalKind
+
+
+class MetricsRecord(Record):
+    """The task's reward and the nine columns of Table I; rates are fractions of 1."""
+
+    return_task: MetricRecord
+    return_option: MetricRecord
+    return_action: MetricRecord
+    steps: MetricRecord
+    unsmooth: MetricRecord
+    unsafe: MetricRecord
+    collision: MetricRecord
+    not_stop: MetricRecord
+    timeout: MetricRecord
+    success: MetricRecord
+
+
+class RunMetricsRecord(Record):
+    """The means over the episodes of one run."""
+
+    return_task: Finite
+    return_option: Finite | None
+    return_action: Finite | None
+    steps: Finite
+    unsmooth: Finite
+    unsafe: Finite
+    collision: Rate
+    not_stop: Rate
+    timeout: Rate
+    success: Rate
+
+
+class TrainingRecord(Record):
+    """Where a checkpoint comes from: ``env_steps`` done when it was taken, of a budget of ``budget`` steps."""
+
+    method: Name
+    config_hash: Name
+    scenario: Name
+    spec_hash: Sha256
+    env_steps: Count
+    budget: Positive | None
+    command: Name | None
+
+
+class RunRecord(Record):
+    """One evaluated policy: the only one of a rule, or one training seed of a learned method."""
+
+    seed: Count | None
+    checkpoint_sha256: Sha256 | None
+    training: TrainingRecord | None
+    episodes_sha256: Sha256
+    metrics: RunMetricsRecord
+
+
+class ResultRecord(Record):
+    """One agent on one task: its runs and what they come to."""
+
+    agent: Name
+    kind: Literal["rule", "learned", "factory"]
+    task: Name
+    option: OptionName | None
+    runs: Annotated[tuple[RunRecord, ...], Field(min_length=1)]
+    metrics: MetricsRecord
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The training seeds of the runs; none for agents that are not trained."""
+        return tuple(run.seed for run in self.runs if run.seed is not None)
+
+
+class TaskRecord(Record):
+    """A task as it was played: test episode i is the world of seed ``test_start + i``."""
+
+    id: Name
+    scenario: Name
+    spec_hash: Sha256
+    interface_hash: Sha256
+    env_steps: Positive
+    test_start: Count
+    episodes: Positive
+
+
+class HardwareRecord(Record):
+    """The machine, without its name."""
+
+    processor: str
+    cores: Positive
+    machine: str
+    system: str
+
+
+class ProvenanceRecord(Record):
+    """All that may differ between two runs of one command; ``wall_seconds`` are by task and agent."""
+
+    command: Name
+    created: str
+    wall_seconds: dict[str, Annotated[float, Field(allow_inf_nan=False, ge=0.0)]]
+    package_version: str
+    git_commit: Commit | None
+    hardware: HardwareRecord
+    versions: dict[str, str]
+
+
+class EvaluationRecord(Record):
+    """What ``hhrl-bench evaluate --json`` prints."""
+
+    schema_version: Literal[1]
+    confidence: Rate
+    bootstrap_seed: Count
+    task: TaskRecord
+    result: ResultRecord
+    provenance: ProvenanceRecord
+
+
+class LeaderboardRecord(Record):
+    """What ``hhrl-bench run`` writes: every agent of a suite on every task of it."""
+
+    schema_version: Literal[1]
+    suite: Name
+    confidence: Rate
+    bootstrap_seed: Count
+    tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1)]
+    results: tuple[ResultRecord, ...]
+    provenance: ProvenanceRecord
+
+    @model_validator(mode="after")
+    def _results_are_of_known_tasks_and_unique(self) -> Self:
+        known = {task.id for task in self.tasks}
+        names = [(result.task, result.agent) for result in self.results]
+        for task, agent in names:
+            if task not in known:
+                raise ValueError(f"{agent} has a result on {task}, which is not among the tasks")
+            if names.count((task, agent)) > 1:
+                raise ValueError(f"{agent} has two results on {task}; keep one")
+        return self

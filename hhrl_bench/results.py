@@ -1,0 +1,121 @@
+"""Results: the runs of one agent on one task, and what they come to."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hhrl_bench.episodes import EpisodeRecords
+from hhrl_bench.evaluation import evaluate
+from hhrl_bench.loading import LoadedAgent, load_agents
+from hhrl_bench.metrics import METRICS, Metric, finite, means
+from hhrl_bench.players import OPTIONS
+from hhrl_bench.progress import Update, silent
+from hhrl_bench.provenance import provenance
+from hhrl_bench.records import (
+    SCHEMA_VERSION,
+    EvaluationRecord,
+    MetricRecord,
+    MetricsRecord,
+    OptionName,
+    ResultRecord,
+    RunMetricsRecord,
+    RunRecord,
+    TaskRecord,
+    TrainingRecord,
+)
+from hhrl_bench.statistics import CONFIDENCE, Estimate, bootstrap_mean, wilson
+from hhrl_bench.tasks import Task
+from hhrl_bench.threads import one_torch_thread
+from hhrl_envs import get_scenario
+
+BOOTSTRAP_SEED = 20200725
+
+
+def evaluate_agent(
+    source: str, task: Task, episodes: int, option: OptionName | None = None, update: Update = silent
+) -> ResultRecord:
+    """Return the result of every training seed of agent ``source`` on the first ``episodes`` test episodes.
+
+    ``update`` hears how many runs are done. Errors are those of :func:`hhrl_bench.evaluation.evaluate` and
+    :func:`hhrl_bench.loading.load_agents`.
+    """
+    agents = load_agents(source, get_scenario(task.scenario))
+    held = None if option is None else OPTIONS[option]
+    played: list[EpisodeRecords] = []
+    with one_torch_thread():
+        for loaded in agents:
+            played.append(evaluate(loaded.agent, task, episodes, held))
+            update(len(played), len(agents), f"success {means(played[-1])['success']:.1%}")
+    return ResultRecord(
+        agent=source,
+        kind=agents[0].kind,
+        task=task.id,
+        option=option,
+        runs=tuple(_run_record(loaded, records) for loaded, records in zip(agents, played, strict=True)),
+        metrics=summarise(played, np.random.default_rng(BOOTSTRAP_SEED)),
+    )
+
+
+def evaluation_record(task: TaskRecord, result: ResultRecord, command: str, seconds: float) -> EvaluationRecord:
+    """Return the record of one agent on one task, which ``command`` made in ``seconds``."""
+    return EvaluationRecord(
+        schema_version=SCHEMA_VERSION,
+        confidence=CONFIDENCE,
+        bootstrap_seed=BOOTSTRAP_SEED,
+        task=task,
+        result=result,
+        provenance=provenance(command, {f"{result.task}/{result.agent}": seconds}),
+    )
+
+
+def task_record(task: Task, episodes: int) -> TaskRecord:
+    """Return the record of a task whose first ``episodes`` test episodes are played."""
+    scenario, seeds = get_scenario(task.scenario), task.test.take(episodes)
+    return TaskRecord(
+        id=task.id,
+        scenario=scenario.id,
+        spec_hash=scenario.spec_hash,
+        interface_hash=scenario.interface_hash,
+        env_steps=task.env_steps,
+        test_start=int(seeds[0]),
+        episodes=len(seeds),
+    )
+
+
+def summarise(played: Sequence[EpisodeRecords], rng: np.random.Generator) -> MetricsRecord:
+    """Return every metric with its interval: over training seeds if there are several, else over episodes."""
+    return MetricsRecord(**{metric.key: _metric_record(_estimate(metric, played, rng)) for metric in METRICS})
+
+
+def _estimate(metric: Metric, played: Sequence[EpisodeRecords], rng: np.random.Generator) -> Estimate:
+    values = [metric.values(records) for records in played]
+    if len(values) > 1:
+        return bootstrap_mean(np.array([np.mean(run) for run in values]), rng, "bootstrap-seeds")
+    if metric.is_rate:
+        return wilson(int(values[0].sum()), len(values[0]))
+    return bootstrap_mean(values[0], rng, "bootstrap-episodes")
+
+
+def _metric_record(estimate: Estimate) -> MetricRecord:
+    numbers = {"mean": estimate.mean, "low": estimate.low, "high": estimate.high, "iqm": estimate.iqm}
+    return MetricRecord(**finite(numbers), n=estimate.n, interval=estimate.interval)
+
+
+def _run_record(loaded: LoadedAgent, records: EpisodeRecords) -> RunRecord:
+    return RunRecord(
+        seed=loaded.seed,
+        checkpoint_sha256=loaded.sha256,
+        training=None if loaded.metadata is None else _training_record(loaded.metadata),
+        episodes_sha256=records.digest(),
+        metrics=RunMetricsRecord.model_validate(finite(means(records))),
+    )
+
+
+def _training_record(metadata: Mapping[str, Any]) -> TrainingRecord:
+    return TrainingRecord(
+        **{name: metadata[name] for name in ("method", "config_hash", "scenario", "spec_hash")},
+        env_steps=int(metadata["env_steps"]),
+        budget=metadata.get("budget"),
+        command=metadata.get("command"),
+    )
