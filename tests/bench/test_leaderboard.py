@@ -1,0 +1,169 @@
+"""Leaderboards: strict records, equal runs equal digit for digit, files read whole or refused in one line."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from hhrl_agents import METHODS, RULES
+from hhrl_bench import leaderboard
+from hhrl_bench.errors import AgentError, RecordError, UnknownSuiteError
+from hhrl_bench.leaderboard import build, read, run_suite, write
+from hhrl_bench.loading import shipped_methods
+from hhrl_bench.records import LeaderboardRecord, MetricsRecord
+from hhrl_bench.suite import SUITES, Suite, get_suite, units
+from hhrl_bench.tasks import TASKS, TEST
+
+TINY = Suite("tiny", agents=("rule-1", "rule-2"), tasks=("stop-line-v0",), episodes=30)
+Json = dict[str, Any]
+
+
+def make() -> LeaderboardRecord:
+    return build(TINY, list(run_suite(TINY)), "hhrl-bench run --suite tiny")
+
+
+@pytest.fixture(scope="module")
+def board() -> LeaderboardRecord:
+    return make()
+
+
+def test_two_runs_differ_in_their_provenance_only(board: LeaderboardRecord) -> None:
+    again = make()
+    assert board.model_dump_json(exclude={"provenance"}) == again.model_dump_json(exclude={"provenance"})
+    assert board.provenance.wall_seconds != again.provenance.wall_seconds
+
+
+def test_a_written_leaderboard_reads_back_equal(board: LeaderboardRecord, tmp_path: Path) -> None:
+    write(board, tmp_path / "a.json")
+    assert read(tmp_path / "a.json") == board
+    write(read(tmp_path / "a.json"), tmp_path / "b.json")
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+
+
+def test_a_leaderboard_says_what_was_played(board: LeaderboardRecord) -> None:
+    (task,) = board.tasks
+    assert (task.id, task.test_start, task.episodes) == ("stop-line-v0", TEST.start, 30)
+    assert [result.agent for result in board.results] == ["rule-1", "rule-2"]
+    assert set(board.provenance.wall_seconds) == {"stop-line-v0/rule-1", "stop-line-v0/rule-2"}
+    for result in board.results:
+        assert (result.kind, result.option, len(result.runs), result.seeds) == ("rule", None, 1, ())
+        assert result.metrics.success.interval == "wilson-episodes"
+        assert result.metrics.steps.interval == "bootstrap-episodes"
+        for key in MetricsRecord.model_fields:
+            metric = getattr(result.metrics, key)
+            assert metric.n == 30
+            assert metric.low <= metric.mean <= metric.high
+            assert metric.mean == getattr(result.runs[0].metrics, key)
+    assert board.results[0].runs[0].episodes_sha256 != board.results[1].runs[0].episodes_sha256
+
+
+def test_records_do_not_change(board: LeaderboardRecord) -> None:
+    with pytest.raises(ValidationError, match="frozen"):
+        board.suite = "other"  # type: ignore[misc]
+
+
+def change(path: str, value: object) -> Callable[[Json], None]:
+    *folders, last = path.split(".")
+
+    def apply(data: Any) -> None:
+        for name in folders:
+            data = data[int(name) if name.isdigit() else name]
+        if value is ...:
+            del data[last]
+        else:
+            data[last] = value
+
+    return apply
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (change("extra", 1), "extra: Extra inputs are not permitted"),
+        (change("schema_version", ...), "schema_version: Field required"),
+        (change("schema_version", 2), "schema_version: Input should be 1"),
+        (change("suite", ""), "suite: String should have at least 1 character"),
+        (change("tasks", []), "tasks: "),
+        (change("tasks.0.spec_hash", "00"), "tasks.0.spec_hash: "),
+        (change("results.0.runs.0.metrics.collision", 1.5), "less than or equal to 1"),
+        (change("results.0.runs.0.metrics.success", "1"), "results.0.runs.0.metrics.success: "),
+        (change("results.0.runs", []), "results.0.runs: "),
+        (change("results.1.metrics.steps.mean", float("nan")), "results.1.metrics.steps.mean: .*finite"),
+        (change("results.1.metrics.steps.low", float("-inf")), "results.1.metrics.steps.low: .*finite"),
+        (change("results.1.metrics.steps.n", 30.5), "results.1.metrics.steps.n: "),
+        (change("results.1.metrics.steps.interval", "normal"), "results.1.metrics.steps.interval: "),
+        (change("results.1.agent", "rule-1"), "rule-1 has two results on stop-line-v0"),
+        (change("results.1.task", "other-v0"), "rule-2 has a result on other-v0"),
+        (change("provenance.git_commit", "abc"), "provenance.git_commit: "),
+    ],
+)
+def test_a_spoilt_leaderboard_is_refused_in_one_line(
+    board: LeaderboardRecord, tmp_path: Path, spoil: Callable[[Json], None], said: str
+) -> None:
+    data = json.loads(board.model_dump_json())
+    spoil(data)
+    path = tmp_path / "spoilt.json"
+    path.write_text(json.dumps(data))
+    with pytest.raises(RecordError, match=said) as caught:
+        read(path)
+    assert "spoilt.json is no leaderboard" in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("text", [b"", b"{}", b"[]", b"null", b"\xff\xfe", b'{"suite":', b"[" * 100_000])
+def test_what_is_no_leaderboard_is_refused_in_one_line(tmp_path: Path, text: bytes) -> None:
+    path = tmp_path / "a.json"
+    path.write_bytes(text)
+    with pytest.raises(RecordError, match=r"a\.json is no leaderboard") as caught:
+        read(path)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_truncated_leaderboard_is_refused(board: LeaderboardRecord, tmp_path: Path) -> None:
+    text = board.model_dump_json()
+    path = tmp_path / "a.json"
+    for length in range(0, len(text), max(1, len(text) // 40)):
+        path.write_text(text[:length])
+        with pytest.raises(RecordError):
+            read(path)
+
+
+def test_an_oversized_file_is_not_read_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.json"
+    path.write_text(" " * 300)
+    monkeypatch.setattr(leaderboard, "MAX_BYTES", 200)
+    with pytest.raises(RecordError, match="larger than"):
+        read(path)
+
+
+def test_a_leaderboard_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match="No such file or directory"):
+        read(tmp_path / "a.json")
+    with pytest.raises(RecordError, match="Is a directory"):
+        read(tmp_path)
+
+
+def test_an_agent_that_does_not_load_is_said_before_anything_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(leaderboard, "evaluate_agent", lambda *_: pytest.fail("played"))
+    with pytest.raises(AgentError, match="unknown agent 'rule-9'"):
+        next(run_suite(Suite("broken", agents=("rule-1", "rule-9"), tasks=("stop-line-v0",), episodes=3)))
+
+
+@pytest.mark.parametrize("suite", SUITES.values(), ids=SUITES)
+def test_a_suite_names_registered_agents_and_tasks(suite: Suite) -> None:
+    assert set(suite.agents) <= {*RULES, *METHODS}
+    assert set(suite.tasks) <= set(TASKS)
+    assert len(list(units(suite))) == len(suite.agents) * len(suite.tasks)
+    assert get_suite(suite.id) is suite
+
+
+def test_the_quick_suite_plays_every_shipped_method_and_the_papers_rules() -> None:
+    assert set(SUITES["quick"].agents) == {"rule-1", "rule-2", "rule-3", "rule-4", *shipped_methods()}
+
+
+def test_an_unknown_suite_is_told_which_there_are() -> None:
+    with pytest.raises(UnknownSuiteError, match="unknown suite 'slow'; known suites: quick"):
+        get_suite("slow")
