@@ -14,6 +14,10 @@ Floats32 = NDArray[np.float32]
 Ints = NDArray[np.int64]
 Keys = NDArray[np.uint64]
 Codes = NDArray[np.int8]
+Flags = NDArray[np.bool_]
+
+as_row = cast(Callable[[int], int], np.uint64)
+"""Makes a row number unsigned: a signed one might be negative, and wrapping it around keeps loops from vectorising."""
 
 F = TypeVar("F", bound=Callable[..., object])
 

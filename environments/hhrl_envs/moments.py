@@ -32,7 +32,7 @@ class Moment:
         if len(self.vehicles) < 2:
             return None
         gap = float(self.vehicles[1, 0] - self.vehicles[0, 0]) - self.scenario.vehicle.length
-        return max(gap, 0.0) if gap <= self.scenario.road.sensor_range else None
+        return max(gap, 0.0) if gap <= self.scenario.sensor.front_range else None
 
 
 def moment_of(simulator: Simulator, row: int = 0, option: int | None = None) -> Moment:

@@ -10,7 +10,7 @@
 | 5 | a_f | m/s^2 | 1/8 | - | acceleration of the front vehicle; 0 if none is in range |
 | 6 | d_fc | m | 1/64 | - | d_f - d_fs, with d_fs = max((v_e^2 - v_f^2) / (2 a_max), d_0) |
 | 7 | d_fc/d_fs | 1 | 1/4 | [-1, 10] | the same as a share of the safety distance |
-| 8 | d_d | m | 1/64 | - | distance to the stop-line, negative past it |
+| 8 | d_d | m | 1/64 | - | distance to the active stop-line, negative past it; 100 m if there is none |
 | 9 | d_dc | m | 1/64 | - | d_d - d_ds, with d_ds = v_e^2 / (2 a_max) |
 | 10 | d_dc/d_ds | 1 | 1/4 | [-1, 10] | the same as a share of the stopping distance, floored at 0.5 m |
 
@@ -32,8 +32,6 @@ _SPEED, _ACCEL, _JERK, _DISTANCE, _RATIO = 1 / 16, 1 / 8, 1 / 64, 1 / 64, 1 / 4
 SCALES: Floats32 = np.array(
     [_SPEED, _ACCEL, _JERK, _DISTANCE, _SPEED, _ACCEL, _DISTANCE, _RATIO, _DISTANCE, _DISTANCE, _RATIO], np.float32
 )
-RATIO_LOW, RATIO_HIGH = -1.0, 10.0
-MIN_STOPPING_DISTANCE = 0.5  # m; floor of d_ds where it is a denominator
 
 
 def to_si(observations: Floats32) -> Floats32:
@@ -42,48 +40,19 @@ def to_si(observations: Floats32) -> Floats32:
 
 
 @kernel
-def safety_distance(v_e: float, v_f: float, c: Floats) -> float:
-    """Return d_fs of Eq. (dis) in metres."""
-    return max((v_e * v_e - v_f * v_f) / (2.0 * float(c[layout.NOMINAL_DECEL])), float(c[layout.SAFE_GAP]))
-
-
-@kernel
-def stopping_distance(v_e: float, c: Floats) -> float:
-    """Return d_ds of Eq. (dis) in metres."""
-    return v_e * v_e / (2.0 * float(c[layout.NOMINAL_DECEL]))
-
-
-@kernel
-def clipped_ratio(distance: float, reference: float) -> float:
-    """Return ``distance / reference`` clipped to [-1, 10]."""
-    return min(max(distance / reference, RATIO_LOW), RATIO_HIGH)
-
-
-@kernel
-def observe(state: Floats, out: Floats32, c: Floats, rows: int) -> None:
-    """Write the observations of the first ``rows`` rows into ``out``, float32 [11, B]."""
-    length, sensor, limit = c[layout.LENGTH], c[layout.SENSOR_RANGE], c[layout.SPEED_LIMIT]
-    for i in range(rows):
-        v_e = state[layout.SPEED, 0, i]
-        out[V_E, i] = v_e * _SPEED
-        out[A_E, i] = state[layout.ACCEL, 0, i] * _ACCEL
-        out[J_E, i] = state[layout.JERK, 0, i] * _JERK
-    for i in range(rows):
-        v_e = state[layout.SPEED, 0, i]
-        gap = state[layout.POSITION, 1, i] - length - state[layout.POSITION, 0, i]
-        seen = gap <= sensor
-        d_f = max(gap, 0.0) if seen else sensor
-        v_f = state[layout.SPEED, 1, i] if seen else limit
-        d_fs = safety_distance(v_e, v_f, c)
-        out[D_F, i] = d_f * _DISTANCE
-        out[V_F, i] = v_f * _SPEED
-        out[A_F, i] = (state[layout.ACCEL, 1, i] if seen else 0.0) * _ACCEL
-        out[D_FC, i] = (d_f - d_fs) * _DISTANCE
-        out[FC_RATIO, i] = clipped_ratio(d_f - d_fs, d_fs) * _RATIO
-    for i in range(rows):
-        v_e = state[layout.SPEED, 0, i]
-        d_d = -state[layout.POSITION, 0, i]
-        d_ds = stopping_distance(v_e, c)
-        out[D_D, i] = d_d * _DISTANCE
-        out[D_DC, i] = (d_d - d_ds) * _DISTANCE
-        out[DC_RATIO, i] = clipped_ratio(d_d - d_ds, max(d_ds, MIN_STOPPING_DISTANCE)) * _RATIO
+def observe(measured: Floats, out: Floats32, k: int, low: int, high: int) -> None:
+    """Write the observations of agent ``k`` in rows low to high into ``out``, float32 [11, agent, row]."""
+    for i in range(low, high):
+        out[V_E, k, i] = measured[layout.V_E, k, i] * _SPEED
+        out[A_E, k, i] = measured[layout.A_E, k, i] * _ACCEL
+        out[J_E, k, i] = measured[layout.J_E, k, i] * _JERK
+        out[D_F, k, i] = measured[layout.D_F, k, i] * _DISTANCE
+    for i in range(low, high):
+        out[V_F, k, i] = measured[layout.V_F, k, i] * _SPEED
+        out[A_F, k, i] = measured[layout.A_F, k, i] * _ACCEL
+        out[D_FC, k, i] = measured[layout.D_FC, k, i] * _DISTANCE
+        out[FC_RATIO, k, i] = measured[layout.FC_RATIO, k, i] * _RATIO
+    for i in range(low, high):
+        out[D_D, k, i] = measured[layout.D_D, k, i] * _DISTANCE
+        out[D_DC, k, i] = measured[layout.D_DC, k, i] * _DISTANCE
+        out[DC_RATIO, k, i] = measured[layout.DC_RATIO, k, i] * _RATIO

@@ -4,6 +4,7 @@ from enum import IntEnum
 
 from hhrl_envs import layout
 from hhrl_envs.compiled import Codes, Floats, Ints, kernel
+from hhrl_envs.goals import FOLLOW, PASS, STOP
 
 
 class Outcome(IntEnum):
@@ -21,25 +22,40 @@ class Outcome(IntEnum):
     REAR_ENDED = 5
 
 
-RUNNING, COLLISION, NOT_STOP, SUCCESS, TIMEOUT = (
-    int(outcome) for outcome in (Outcome.RUNNING, Outcome.COLLISION, Outcome.NOT_STOP, Outcome.SUCCESS, Outcome.TIMEOUT)
-)
+RUNNING, COLLISION, NOT_STOP, SUCCESS, TIMEOUT, REAR_ENDED = (int(outcome) for outcome in Outcome)
 
 
 @kernel
-def judge(state: Floats, steps: Ints, ended: Codes, fresh: Codes, c: Floats, rows: int) -> None:
-    """Write this step's outcome of every running row into ``fresh`` and, if it ended, into ``ended`` (int8 [B] both).
+def judge(
+    state: Floats,
+    rows: Floats,
+    steps: Ints,
+    before: Codes,
+    ended: Codes,
+    fresh: Codes,
+    k: int,
+    c: Floats,
+    low: int,
+    high: int,
+) -> None:
+    """Write the outcome of agent ``k`` into ``ended``; one that had ended ``before`` keeps its outcome.
 
-    ``fresh`` is RUNNING for rows that had ended before, so that an ending is rewarded once.
+    ``fresh`` is the outcome of those that end in this very step, so that an ending is rewarded once. All are int8
+    [agent, row].
     """
     length, zone, slow, horizon = c[layout.LENGTH], c[layout.STOP_ZONE], c[layout.STOP_SPEED], c[layout.HORIZON]
-    for i in range(rows):
-        d_d = -state[layout.POSITION, 0, i]
-        d_f = state[layout.POSITION, 1, i] - length - state[layout.POSITION, 0, i]
-        outcome = TIMEOUT if steps[i] >= horizon else RUNNING
-        outcome = SUCCESS if (d_d <= zone) & (state[layout.SPEED, 0, i] < slow) else outcome
-        outcome = NOT_STOP if d_d < 0.0 else outcome
+    stops, passes, follows = c[layout.GOAL] == STOP, c[layout.GOAL] == PASS, c[layout.GOAL] == FOLLOW
+    last, end, needed = c[layout.LAST_LINE], c[layout.ROUTE_END], c[layout.BAND_SHARE] * horizon
+    for i in range(low, high):
+        x, line = state[layout.POSITION, k, i], state[layout.LINE, k, i]
+        d_f = state[layout.POSITION, k + 1, i] - length - x
+        late = steps[i] >= horizon
+        stopped = stops & (line == last) & (line - x <= zone) & (state[layout.SPEED, k, i] < slow)
+        followed = follows & late & (rows[layout.KEPT, i] >= needed)
+        outcome = TIMEOUT if late else RUNNING
+        outcome = SUCCESS if stopped | followed | (passes & (x > end)) else outcome
+        outcome = NOT_STOP if x > line else outcome
         outcome = COLLISION if d_f <= 0.0 else outcome
-        running = ended[i] == RUNNING
-        fresh[i] = outcome if running else RUNNING
-        ended[i] = outcome if running else ended[i]
+        running = before[k, i] == RUNNING
+        fresh[k, i] = outcome if running else RUNNING
+        ended[k, i] = outcome if running else before[k, i]

@@ -65,7 +65,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
             self.simulator.reset(np.array([chosen]))
             self._seeded = True
         self.agents = list(self.possible_agents)
-        return {EGO: self.simulator.observations[0].copy()}, {EGO: reset_info(self.simulator, 0)}
+        return {EGO: self.simulator.observations[0]}, {EGO: reset_info(self.simulator, 0)}
 
     def step(
         self, actions: dict[str, int | None]
@@ -80,7 +80,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
         if outcome != Outcome.RUNNING:
             self.agents = []
         return (
-            {EGO: simulator.observations[0].copy()},
+            {EGO: simulator.observations[0]},
             {EGO: float(simulator.rewards[0])},
             {EGO: is_terminal(outcome)},
             {EGO: outcome == Outcome.TIMEOUT},

@@ -15,9 +15,9 @@ above;
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hhrl_envs import layout
+from hhrl_envs.compiled import Floats
 from hhrl_envs.errors import InputError
 
 Range = tuple[float, float]
@@ -38,6 +38,7 @@ PARAMETERS: dict[str, tuple[int, str]] = {
     "slow_at": (layout.SLOW_AT, "m before the line"),
     "slow_decel": (layout.SLOW_DECEL, "m/s^2"),
     "slow_time": (layout.SLOW_TIME, "s"),
+    "slow_every": (layout.SLOW_EVERY, "m"),
 }
 """Name of every profile parameter: its row in the packed profile array, and its unit."""
 
@@ -68,6 +69,7 @@ class ProfileFamily:
     slow_at: Range = (10.0, 50.0)
     slow_decel: Range = (2.0, 5.0)
     slow_time: Range = (0.5, 2.0)
+    slow_every: Range = (1000.0, 1000.0)
     slow_chance: float = 0.0
     styles: tuple[float, float, float] = (1.0, 0.0, 0.0)
 
@@ -88,7 +90,7 @@ class ProfileFamily:
 
     def _check_range(self, name: str) -> None:
         low, high = getattr(self, name)
-        floor = -20.0 if name in ("stop_position", "slow_at") else 0.0
+        floor = {"stop_position": -4.0, "slow_at": -1000.0, "slow_every": 1.0}.get(name, 0.0)
         if name in ("max_accel", "comfort_decel", "line_decel", "desired_speed"):
             floor = 0.1
         if not floor <= low <= high < float("inf"):
@@ -101,7 +103,7 @@ FAMILY_TABLE_WIDTH = 2 * len(PARAMETERS) + 5
 styles."""
 
 
-def family_table(families: tuple[ProfileFamily, ...]) -> NDArray[np.float64]:
+def family_table(families: tuple[ProfileFamily, ...]) -> Floats:
     """Return the families as float64 [family, FAMILY_TABLE_WIDTH] for the compiled sampler."""
     table = np.empty((len(families), FAMILY_TABLE_WIDTH))
     weights = np.cumsum([family.weight for family in families])
@@ -115,7 +117,7 @@ def family_table(families: tuple[ProfileFamily, ...]) -> NDArray[np.float64]:
     return table
 
 
-def describe(profile: NDArray[np.float64], families: tuple[ProfileFamily, ...]) -> dict[str, float | str]:
+def describe(profile: Floats, families: tuple[ProfileFamily, ...]) -> dict[str, float | str]:
     """Return one vehicle's profile, float64 [PROFILE_SIZE], as a readable dict: family, stop style, every parameter."""
     drawn: dict[str, float | str] = {
         "family": families[int(profile[layout.FAMILY])].name,
@@ -180,3 +182,19 @@ TRAIN_FAMILIES = (
     ),
 )
 """The families that the main task draws from."""
+
+HELD_OUT_FAMILIES = (
+    ProfileFamily(
+        "creeping", 0.3, desired_speed=(4.0, 7.0), headway=(1.5, 2.5), max_accel=(0.6, 1.2), comfort_decel=(1.0, 2.0),
+        min_gap=(2.5, 4.5), line_decel=(1.0, 1.6), dwell=(3.0, 6.0), start_delay=(1.0, 3.0),
+    ),
+    ProfileFamily(
+        "pushing", 0.3, desired_speed=(10.0, 12.0), headway=(0.5, 0.8), max_accel=(2.4, 3.2), comfort_decel=(4.0, 5.0),
+        min_gap=(0.8, 1.5), line_decel=(3.4, 7.0), dwell=(0.2, 1.0), start_delay=(0.1, 0.4), stop_position=(-2.0, 0.5),
+    ),
+    ProfileFamily(
+        "stuttering", 0.4, desired_speed=(7.0, 11.0), line_decel=(2.0, 4.0), dwell=(1.0, 3.0), slow_at=(20.0, 60.0),
+        slow_decel=(3.0, 6.0), slow_time=(0.3, 1.0), slow_every=(8.0, 25.0), slow_chance=0.8, styles=(0.8, 0.2, 0.0),
+    ),
+)  # fmt: skip
+"""Families that no training scenario draws from: slower, closer and more fitful drivers than ``TRAIN_FAMILIES``."""

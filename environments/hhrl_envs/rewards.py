@@ -23,7 +23,6 @@ sub-goals, k- stands for all the others.
 
 from hhrl_envs import layout
 from hhrl_envs.compiled import Codes, Floats, kernel
-from hhrl_envs.observation import MIN_STOPPING_DISTANCE, safety_distance, stopping_distance
 from hhrl_envs.outcomes import COLLISION as COLLIDED
 from hhrl_envs.outcomes import NOT_STOP as RAN_LINE
 from hhrl_envs.outcomes import SUCCESS as SUCCEEDED
@@ -56,57 +55,54 @@ def unsafe_exp(x: float) -> float:
 
 
 @kernel
-def step_terms(state: Floats, live: Floats, results: Floats, c: Floats, rows: int) -> None:
-    """Write the four terms of every step; ``live`` is 1 for rows that were running when the step began, else 0."""
-    length, sensor, limit = c[layout.LENGTH], c[layout.SENSOR_RANGE], c[layout.SPEED_LIMIT]
+def step_terms(measured: Floats, live: Floats, results: Floats, k: int, c: Floats, low: int, high: int) -> None:
+    """Write the four terms of every step; ``live`` is 1 for agents that were running when the step began, else 0."""
     threshold, both = c[layout.JERK_THRESHOLD], c[layout.POSITIVE_JERK_ONLY] == 0.0
-    for i in range(rows):
-        jerk = state[layout.JERK, 0, i]
+    for i in range(low, high):
+        jerk = measured[layout.J_E, k, i]
         large = (jerk > threshold) | (both & (jerk < -threshold))
-        results[TIME, i] = -c[layout.SIGMA_1] * live[i]
-        results[UNSMOOTH, i] = -c[layout.SIGMA_2] * live[i] if large else 0.0
-    for i in range(rows):
-        d_ds = stopping_distance(state[layout.SPEED, 0, i], c)
-        d_dc = -state[layout.POSITION, 0, i] - d_ds
-        penalty = unsafe_exp(-d_dc / max(d_ds, MIN_STOPPING_DISTANCE))
-        results[UNSAFE_SSL, i] = -penalty * live[i] if d_dc < 0.0 else 0.0
-    for i in range(rows):
-        gap = state[layout.POSITION, 1, i] - length - state[layout.POSITION, 0, i]
-        seen = gap <= sensor
-        d_fs = safety_distance(state[layout.SPEED, 0, i], state[layout.SPEED, 1, i] if seen else limit, c)
-        d_fc = (gap if seen else sensor) - d_fs
-        results[UNSAFE_FFV, i] = -unsafe_exp(-d_fc / d_fs) * live[i] if d_fc < 0.0 else 0.0
+        results[TIME, k, i] = -c[layout.SIGMA_1] * live[i]
+        results[UNSMOOTH, k, i] = -c[layout.SIGMA_2] * live[i] if large else 0.0
+    for i in range(low, high):
+        penalty = unsafe_exp(-measured[layout.DC_RATIO, k, i])
+        results[UNSAFE_SSL, k, i] = -penalty * live[i] if measured[layout.D_DC, k, i] < 0.0 else 0.0
+    for i in range(low, high):
+        penalty = unsafe_exp(-measured[layout.FC_RATIO, k, i])
+        results[UNSAFE_FFV, k, i] = -penalty * live[i] if measured[layout.D_FC, k, i] < 0.0 else 0.0
 
 
 @kernel
-def ending_terms(state: Floats, fresh: Codes, results: Floats, c: Floats, rows: int) -> None:
-    """Write the four terms of the rows that ended in this step; ``fresh`` is their outcome, int8 [B]."""
-    for i in range(rows):
-        speed, d_d = state[layout.SPEED, 0, i], -state[layout.POSITION, 0, i]
-        results[COLLISION, i] = -c[layout.SIGMA_3] if fresh[i] == COLLIDED else 0.0
-        results[NOT_STOP, i] = -speed * speed if fresh[i] == RAN_LINE else 0.0
-        results[TIMEOUT, i] = -c[layout.TIMEOUT_SCALE] * d_d * d_d if fresh[i] == TIMED_OUT else 0.0
-        results[SUCCESS, i] = c[layout.SIGMA_4] if fresh[i] == SUCCEEDED else 0.0
+def ending_terms(measured: Floats, fresh: Codes, results: Floats, k: int, c: Floats, low: int, high: int) -> None:
+    """Write the four terms of the agents that ended in this step; ``fresh`` is their outcome, int8 [agent, row]."""
+    for i in range(low, high):
+        speed, d_d = measured[layout.V_E, k, i], measured[layout.D_D, k, i]
+        results[NOT_STOP, k, i] = -speed * speed if fresh[k, i] == RAN_LINE else 0.0
+        results[TIMEOUT, k, i] = -c[layout.TIMEOUT_SCALE] * d_d * d_d if fresh[k, i] == TIMED_OUT else 0.0
+    for i in range(low, high):
+        results[COLLISION, k, i] = -c[layout.SIGMA_3] if fresh[k, i] == COLLIDED else 0.0
+        results[SUCCESS, k, i] = c[layout.SIGMA_4] if fresh[k, i] == SUCCEEDED else 0.0
 
 
 @kernel
-def combine(results: Floats, rows: int) -> None:
+def combine(results: Floats, k: int, low: int, high: int) -> None:
     """Write r^task, r^option and r^action of every option from the terms."""
-    for i in range(rows):
-        sr = results[TIME, i] + results[TIMEOUT, i] + results[SUCCESS, i]
-        ssl = results[UNSAFE_SSL, i] + results[NOT_STOP, i]
-        ffv = results[UNSAFE_FFV, i] + results[COLLISION, i]
-        unsmooth = results[UNSMOOTH, i]
-        results[layout.REWARD_TASK, i] = sr + unsmooth + ssl + ffv
-        results[layout.REWARD_OPTION, i] = sr + ffv
-        results[layout.REWARD_OPTION + 1, i] = sr + ssl
-        results[layout.REWARD_ACTION, i] = sr + unsmooth + ssl
-        results[layout.REWARD_ACTION + 1, i] = sr + unsmooth + ffv
+    for i in range(low, high):
+        sr = results[TIME, k, i] + results[TIMEOUT, k, i] + results[SUCCESS, k, i]
+        ssl = results[UNSAFE_SSL, k, i] + results[NOT_STOP, k, i]
+        ffv = results[UNSAFE_FFV, k, i] + results[COLLISION, k, i]
+        smooth = sr + results[UNSMOOTH, k, i]
+        results[layout.REWARD_TASK, k, i] = smooth + ssl + ffv
+        results[layout.REWARD_OPTION, k, i] = sr + ffv
+        results[layout.REWARD_OPTION + 1, k, i] = sr + ssl
+        results[layout.REWARD_ACTION, k, i] = smooth + ssl
+        results[layout.REWARD_ACTION + 1, k, i] = smooth + ffv
 
 
 @kernel
-def reward(state: Floats, live: Floats, fresh: Codes, results: Floats, c: Floats, rows: int) -> None:
-    """Write the terms and rewards of one step, float64 [RESULTS_SIZE, B]."""
-    step_terms(state, live, results, c, rows)
-    ending_terms(state, fresh, results, c, rows)
-    combine(results, rows)
+def reward(
+    measured: Floats, live: Floats, fresh: Codes, results: Floats, k: int, c: Floats, low: int, high: int
+) -> None:
+    """Write the terms and rewards of agent ``k``, float64 [RESULTS_SIZE, agent, row], from the true measurements."""
+    step_terms(measured, live, results, k, c, low, high)
+    ending_terms(measured, fresh, results, k, c, low, high)
+    combine(results, k, low, high)

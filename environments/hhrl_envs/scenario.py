@@ -11,13 +11,15 @@ from dataclasses import asdict, dataclass
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hhrl_envs import layout, observation
+from hhrl_envs.compiled import Floats
 from hhrl_envs.errors import InputError
+from hhrl_envs.goals import Goal
 from hhrl_envs.options import Option
 from hhrl_envs.profiles import ProfileFamily, Range, family_table
 
+GRAVITY = 9.81  # m/s^2
 WALKING_PACE = 1.4  # m/s; the speed at which a feasible episode leaves time to reach the freed stop zone
 
 
@@ -66,23 +68,89 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Road:
-    """The approach: speed limit, stop window ``0 <= d_d <= stop_zone`` at ``v_e < stop_speed``, sensor, starts."""
+    """The approach: speed limit, stop-lines, stop window ``0 <= d_d <= stop_zone`` at ``v_e < stop_speed``, start.
+
+    ``lines`` are the positions of none, one or two stop-lines; the ego starts ``start_distance`` metres before
+    position 0. ``friction`` times 9.81 m/s^2 is the most that any vehicle brakes or accelerates with.
+    """
 
     speed_limit: float = 12.0
+    lines: tuple[float, ...] = (0.0,)
     stop_zone: float = 2.0
     stop_speed: float = 0.1
-    sensor_range: float = 100.0
+    friction: float = 1.0
     start_distance: Range = (55.0, 85.0)
     start_speed: Range = (5.0, 10.0)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         _require(0.0 < self.speed_limit < inf, "speed_limit", self.speed_limit, "m/s above 0")
+        _require(len(self.lines) <= 2, "lines", self.lines, "the positions of none, one or two stop-lines")
+        _require(all(0.0 <= line <= 500.0 for line in self.lines), "lines", self.lines, "positions within [0, 500]")
+        _require(list(self.lines) == sorted(set(self.lines)), "lines", self.lines, "positions in ascending order")
         _require(0.0 < self.stop_zone < inf, "stop_zone", self.stop_zone, "metres above 0")
         _require(0.0 < self.stop_speed < inf, "stop_speed", self.stop_speed, "m/s above 0")
-        _require(0.0 < self.sensor_range < inf, "sensor_range", self.sensor_range, "metres above 0")
-        _require_range("start_distance", self.start_distance, self.stop_zone)
+        _require(0.0 < self.friction <= 1.5, "friction", self.friction, "a coefficient in (0, 1.5]")
+        _require_range("start_distance", self.start_distance, self.stop_zone, 500.0)
         _require_range("start_speed", self.start_speed, 0.0, self.speed_limit)
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A traffic light at the only line: red until a time drawn from ``green_at`` seconds, green ever after."""
+
+    green_at: Range
+
+    def __post_init__(self) -> None:
+        """Reject values without a meaning."""
+        _require_range("green_at", self.green_at, 0.0)
+
+
+@dataclass(frozen=True)
+class Band:
+    """What following means: a gap from ``low`` to ``high + headway * v_f`` metres in a ``share`` of all steps.
+
+    A vehicle that stands still while its leader drives on leaves the band.
+    """
+
+    low: float = 2.0
+    high: float = 10.0
+    headway: float = 3.0
+    share: float = 0.8
+
+    def __post_init__(self) -> None:
+        """Reject values without a meaning."""
+        _require(0.0 <= self.low < self.high < inf, "low, high", (self.low, self.high), "metres with 0 <= low < high")
+        _require(0.0 <= self.headway < inf, "headway", self.headway, "seconds, 0 or more")
+        _require(0.0 < self.share <= 1.0, "share", self.share, "a share in (0, 1]")
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """What the agents' sensors do: ranges, normal noise on the base quantities (standard deviations), delay in steps.
+
+    Safety distances are computed from the noisy quantities; rewards and outcomes use the truth.
+    """
+
+    front_range: float = 100.0
+    line_range: float = 100.0
+    noise_distance: float = 0.0
+    noise_speed: float = 0.0
+    noise_accel: float = 0.0
+    delay: int = 0
+
+    def __post_init__(self) -> None:
+        """Reject values without a meaning."""
+        for name in ("front_range", "line_range"):
+            _require(0.0 < getattr(self, name) <= 1000.0, name, getattr(self, name), "metres in (0, 1000]")
+        for name in ("noise_distance", "noise_speed", "noise_accel"):
+            _require(0.0 <= getattr(self, name) < inf, name, getattr(self, name), "a standard deviation, 0 or more")
+        _require(0 <= self.delay <= 50, "delay", self.delay, "steps, 0 to 50")
+
+    @property
+    def perfect(self) -> bool:
+        """Whether the agents see the truth."""
+        return self.delay == 0 and self.noise_distance == self.noise_speed == self.noise_accel == 0.0
 
 
 @dataclass(frozen=True)
@@ -143,21 +211,46 @@ class Reward:
 
 @dataclass(frozen=True)
 class Scenario:
-    """A world with a versioned id. ``feasible_only`` rejects, at reset, worlds in which no ego could succeed."""
+    """A world with a versioned id. ``feasible_only`` rejects, at reset, worlds in which no ego could succeed.
+
+    The ``goal`` says what SUCCESS is: STOP at the last line, PASS ``route_end`` metres beyond position 0, or FOLLOW
+    within the ``band`` until the horizon.
+    """
 
     id: str
     traffic: Traffic
     vehicle: Vehicle = Vehicle()
     road: Road = Road()
+    sensor: Sensor = Sensor()
     reward: Reward = Reward()
+    goal: Goal = Goal.STOP
+    signal: Signal | None = None
+    route_end: float = 40.0
+    band: Band = Band()
     dt: float = 0.1
     horizon: int = 600
     feasible_only: bool = True
 
     def __post_init__(self) -> None:
-        """Reject values without a meaning."""
+        """Reject values without a meaning or that contradict each other."""
         _require(0.0 < self.dt <= 1.0, "dt", self.dt, "seconds in (0, 1]")
         _require(self.horizon >= 1, "horizon", self.horizon, "a number of steps, at least 1")
+        _require(0.0 < self.route_end < inf, "route_end", self.route_end, "metres above 0")
+        lines, goal = self.road.lines, self.goal
+        _require(goal != Goal.STOP or len(lines) > 0, "lines", lines, "at least one line for goal STOP")
+        _require(goal != Goal.FOLLOW or len(lines) == 0, "lines", lines, "no line for goal FOLLOW")
+        _require(
+            goal != Goal.FOLLOW or self.traffic.count_shares[0] == 0.0,
+            "count_shares",
+            self.traffic.count_shares,
+            "a first share of 0 for goal FOLLOW: there must be somebody to follow",
+        )
+        _require(
+            self.signal is None or (goal == Goal.PASS and len(lines) == 1),
+            "signal",
+            self.signal,
+            "None, or goal PASS with one line",
+        )
 
     @property
     def num_actions(self) -> int:
@@ -171,8 +264,8 @@ class Scenario:
 
     @property
     def option_mask(self) -> tuple[bool, bool]:
-        """Which of the global options exist here: SSL always, FFV where there is traffic."""
-        return (True, self.traffic.max_fronts > 0)
+        """Which of the global options exist here: SSL where there is a line, FFV where there is traffic."""
+        return (len(self.road.lines) > 0, self.traffic.max_fronts > 0)
 
     @property
     def spec_hash(self) -> str:
@@ -189,34 +282,84 @@ class Scenario:
         }
         return _digest(sets)
 
-    def constants(self) -> NDArray[np.float64]:
+    def constants(self) -> Floats:
         """Return the scenario's numbers as the kernels' packed array, float64 [CONSTANTS_SIZE]."""
         c = np.zeros(layout.CONSTANTS_SIZE)
-        v, road, reward, traffic = self.vehicle, self.road, self.reward, self.traffic
-        c[[layout.DT, layout.HORIZON, layout.LENGTH]] = self.dt, self.horizon, v.length
-        c[[layout.LAG_GAIN, layout.JERK_STEP]] = self.dt / (v.lag + self.dt), v.jerk_limit * self.dt
-        c[layout.EGO_MIN_ACCEL] = v.levels[0]
-        c[[layout.SPEED_LIMIT, layout.STOP_ZONE, layout.STOP_SPEED]] = road.speed_limit, road.stop_zone, road.stop_speed
-        c[layout.SENSOR_RANGE] = road.sensor_range
-        c[layout.CLEAR_BY] = self.dt * self.horizon - (reward.safe_gap + v.length + road.stop_zone) / WALKING_PACE
-        c[layout.SIGMA_1 : layout.SIGMA_4 + 1] = reward.sigma_1, reward.sigma_2, reward.sigma_3, reward.sigma_4
-        c[[layout.JERK_THRESHOLD, layout.POSITIVE_JERK_ONLY]] = reward.jerk_threshold, reward.positive_jerk_only
-        c[[layout.SAFE_GAP, layout.NOMINAL_DECEL, layout.TIMEOUT_SCALE]] = (
-            reward.safe_gap,
-            v.max_decel,
-            reward.timeout_scale,
-        )
-        c[[layout.START_LOW, layout.START_HIGH]] = road.start_distance
-        c[[layout.START_SPEED_LOW, layout.START_SPEED_HIGH]] = road.start_speed
-        c[[layout.GAP_LOW, layout.GAP_HIGH]] = traffic.gap
-        c[[layout.FRONT_SPEED_LOW, layout.FRONT_SPEED_HIGH]] = traffic.speed
+        for place, value in self._numbers().items():
+            c[place] = value
         return c
 
-    def family_table(self) -> NDArray[np.float64]:
+    def _numbers(self) -> dict[int, float]:
+        return {**self._physics(), **self._judgement(), **self._draws(), **self._perception()}
+
+    def _physics(self) -> dict[int, float]:
+        vehicle, lines = self.vehicle, self.road.lines
+        return {
+            layout.DT: self.dt,
+            layout.PER_DT: 1.0 / self.dt,
+            layout.HORIZON: self.horizon,
+            layout.LENGTH: vehicle.length,
+            layout.LAG_GAIN: self.dt / (vehicle.lag + self.dt),
+            layout.JERK_STEP: vehicle.jerk_limit * self.dt,
+            layout.EGO_MIN_ACCEL: vehicle.levels[0],
+            layout.GRIP: self.road.friction * GRAVITY,
+            layout.SPEED_LIMIT: self.road.speed_limit,
+            layout.FIRST_LINE: lines[0] if lines else layout.FAR,
+            layout.LAST_LINE: lines[-1] if lines else layout.FAR,
+        }
+
+    def _judgement(self) -> dict[int, float]:
+        reward, road, band = self.reward, self.road, self.band
+        queue = reward.safe_gap + self.vehicle.length + road.stop_zone
+        return {
+            layout.STOP_ZONE: road.stop_zone,
+            layout.STOP_SPEED: road.stop_speed,
+            layout.GOAL: self.goal,
+            layout.ROUTE_END: self.route_end,
+            layout.CLEAR_BY: self.dt * self.horizon - queue / WALKING_PACE,
+            layout.SIGMA_1: reward.sigma_1,
+            layout.SIGMA_2: reward.sigma_2,
+            layout.SIGMA_3: reward.sigma_3,
+            layout.SIGMA_4: reward.sigma_4,
+            layout.JERK_THRESHOLD: reward.jerk_threshold,
+            layout.POSITIVE_JERK_ONLY: reward.positive_jerk_only,
+            layout.SAFE_GAP: reward.safe_gap,
+            layout.PER_TWICE_DECEL: 1.0 / (2.0 * self.vehicle.max_decel),
+            layout.TIMEOUT_SCALE: reward.timeout_scale,
+            layout.BAND_LOW: band.low,
+            layout.BAND_HIGH: band.high,
+            layout.BAND_HEADWAY: band.headway,
+            layout.BAND_SHARE: band.share,
+        }
+
+    def _draws(self) -> dict[int, float]:
+        road, traffic = self.road, self.traffic
+        green = self.signal.green_at if self.signal else (layout.FAR, layout.FAR)
+        ranges = {
+            layout.START_LOW: road.start_distance,
+            layout.START_SPEED_LOW: road.start_speed,
+            layout.GAP_LOW: traffic.gap,
+            layout.FRONT_SPEED_LOW: traffic.speed,
+            layout.GREEN_LOW: green,
+        }
+        numbers = {place + end: drawn[end] for place, drawn in ranges.items() for end in (0, 1)}
+        return {**numbers, layout.SIGNAL: self.signal is not None}
+
+    def _perception(self) -> dict[int, float]:
+        sensor = self.sensor
+        return {
+            layout.FRONT_RANGE: sensor.front_range,
+            layout.LINE_RANGE: sensor.line_range,
+            layout.NOISE_SPEED: sensor.noise_speed,
+            layout.NOISE_ACCEL: sensor.noise_accel,
+            layout.NOISE_DISTANCE: sensor.noise_distance,
+        }
+
+    def family_table(self) -> Floats:
         """Return the profile families as the kernels' packed array."""
         return family_table(self.traffic.families)
 
-    def cumulative_counts(self) -> NDArray[np.float64]:
+    def cumulative_counts(self) -> Floats:
         """Return the cumulative shares of 0, 1, 2, ... front vehicles, float64 [max_fronts + 1]."""
         shares = np.cumsum(self.traffic.count_shares)
         shares[-1] = 1.0

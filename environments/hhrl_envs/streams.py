@@ -41,3 +41,12 @@ def unit(key: np.uint64, index: int) -> float:
 def between(key: np.uint64, index: int, low: float, high: float) -> float:
     """Return draw ``index`` of a stream, uniform in [low, high)."""
     return low + (high - low) * unit(key, index)
+
+
+@kernel
+def normal(key: np.uint64, index: int) -> float:
+    """Return draw ``index`` of a stream, nearly standard normal: the sum of twelve uniforms less six, so within +-6."""
+    total = -6.0
+    for part in range(12):
+        total += unit(key, 12 * index + part)
+    return total

@@ -56,21 +56,18 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArra
             first = seeding.np_random()[1] % 2**63 if seed is None else seed
             self.simulator.reset(first + np.arange(self.num_envs) if isinstance(first, int) else np.asarray(first))
             self._seeded = True
-        return self.simulator.observations.copy(), {"feasible": self.simulator.feasible.copy()}
+        return self.simulator.observations, {"feasible": self.simulator.feasible.copy()}
 
     def step(self, actions: NDArray[np.int64]) -> Batch:
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""
         simulator = self.simulator
-        over = simulator.outcomes != Outcome.RUNNING
-        simulator.step(actions)
-        if over.any():
-            simulator.next_episode(over)
-        outcomes = simulator.outcomes.copy()
+        simulator.step(actions, autoreset=True)
+        outcomes = simulator.outcomes
         truncations = outcomes == Outcome.TIMEOUT
         infos = {
-            "reward_option": simulator.reward_option.copy(),
-            "reward_action": simulator.reward_action.copy(),
+            "reward_option": simulator.reward_option,
+            "reward_action": simulator.reward_action,
             "outcome": outcomes,
         }
         terminations = (outcomes != Outcome.RUNNING) & ~truncations
-        return simulator.observations.copy(), simulator.rewards.copy(), terminations, truncations, infos
+        return simulator.observations, simulator.rewards, terminations, truncations, infos

@@ -6,6 +6,7 @@ import numpy as np
 from gymnasium import spaces
 
 from hhrl_envs import observation as o
+from hhrl_envs import sensing
 from hhrl_envs.outcomes import Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.simulator import Simulator
@@ -15,23 +16,29 @@ Info = dict[str, Any]
 
 
 def observation_space(scenario: Scenario) -> spaces.Box:
-    """Return the box that holds every scaled observation of the scenario, float32 [11]."""
-    limit, reach = scenario.road.speed_limit, scenario.road.sensor_range
-    brake, throttle = scenario.vehicle.levels[0], scenario.vehicle.levels[-1]
-    start, step = scenario.road.start_distance[1], limit * scenario.dt
-    longest = max(limit * limit / (2.0 * scenario.vehicle.max_decel), scenario.reward.safe_gap)
-    front = max(limit, scenario.traffic.speed[1], *(family.desired_speed[1] for family in scenario.traffic.families))
-    jerk, front_accel = (throttle - brake) / scenario.dt, 2.0 * HARDEST_DECEL
-    low, high = np.zeros(o.SIZE, np.float32), np.zeros(o.SIZE, np.float32)
-    high[[o.V_E, o.A_E, o.J_E]] = limit, throttle, jerk
-    low[[o.V_E, o.A_E, o.J_E]] = 0.0, brake, -jerk
-    high[[o.D_F, o.V_F, o.A_F]] = reach, front + 1.0, front_accel
-    low[[o.D_F, o.V_F, o.A_F]] = 0.0, 0.0, -front_accel
-    high[[o.D_FC, o.D_D, o.D_DC]] = reach, start, start
-    low[[o.D_FC, o.D_D, o.D_DC]] = -longest, -step, -step - longest
-    high[[o.FC_RATIO, o.DC_RATIO]] = o.RATIO_HIGH
-    low[[o.FC_RATIO, o.DC_RATIO]] = o.RATIO_LOW
-    return spaces.Box(low * o.SCALES, high * o.SCALES, dtype=np.float32)
+    """Return the box that holds every scaled observation of the scenario, sensor noise included, float32 [11]."""
+    road, vehicle, sensor = scenario.road, scenario.vehicle, scenario.sensor
+    speed, accel, distance = (6.0 * noise for noise in (sensor.noise_speed, sensor.noise_accel, sensor.noise_distance))
+    fastest, step = road.speed_limit + speed, road.speed_limit * scenario.dt
+    front = max(road.speed_limit, scenario.traffic.speed[1], *(f.desired_speed[1] for f in scenario.traffic.families))
+    safety = max(fastest * fastest / (2.0 * vehicle.max_decel), scenario.reward.safe_gap)
+    jerk, hardest = (vehicle.levels[-1] - vehicle.levels[0]) / scenario.dt, 2.0 * HARDEST_DECEL + accel
+    far, line = sensor.front_range + distance, max(road.start_distance[1], sensor.line_range) + distance
+    bounds = {
+        o.V_E: (0.0, fastest),
+        o.A_E: (vehicle.levels[0] - accel, vehicle.levels[-1] + accel),
+        o.J_E: (-jerk, jerk),
+        o.D_F: (0.0, far),
+        o.V_F: (0.0, front + 1.0 + speed),
+        o.A_F: (-hardest, hardest),
+        o.D_FC: (-safety, far),
+        o.FC_RATIO: (sensing.RATIO_LOW, sensing.RATIO_HIGH),
+        o.D_D: (-step - distance, line),
+        o.D_DC: (-step - distance - safety, line),
+        o.DC_RATIO: (sensing.RATIO_LOW, sensing.RATIO_HIGH),
+    }
+    low, high = np.array([bounds[index] for index in range(o.SIZE)], np.float32).T * o.SCALES
+    return spaces.Box(low, high, dtype=np.float32)
 
 
 def action_space(scenario: Scenario) -> spaces.Discrete:
@@ -54,8 +61,8 @@ def reset_info(simulator: Simulator, row: int) -> Info:
 def step_info(simulator: Simulator, row: int) -> Info:
     """Return a row's info after a step: r^option and r^action of every option, and the outcome once there is one."""
     info: Info = {
-        "reward_option": simulator.reward_option[row].copy(),
-        "reward_action": simulator.reward_action[row].copy(),
+        "reward_option": simulator.reward_option[row],
+        "reward_action": simulator.reward_action[row],
     }
     if simulator.outcomes[row]:
         info["outcome"] = Outcome(simulator.outcomes[row])

@@ -45,7 +45,7 @@ def test_moment_measures_what_the_observation_says() -> None:
         assert now.option is None
         assert now.d_d == pytest.approx(float(simulator.observations[row, 8]) * 64, abs=1e-4)
         expected = float(simulator.observations[row, 3]) * 64
-        assert (SCENARIO.road.sensor_range if now.d_f is None else now.d_f) == pytest.approx(expected, abs=1e-4)
+        assert (SCENARIO.sensor.front_range if now.d_f is None else now.d_f) == pytest.approx(expected, abs=1e-4)
 
 
 @pytest.mark.parametrize("option", Option)

@@ -5,10 +5,14 @@ import pytest
 
 from hhrl_envs import (
     SCENARIOS,
+    Band,
+    Goal,
     InputError,
     Reward,
     Road,
     Scenario,
+    Sensor,
+    Signal,
     Traffic,
     UnknownScenarioError,
     Vehicle,
@@ -53,9 +57,16 @@ def test_hashes_follow_what_they_stand_for() -> None:
         (Road, "speed_limit", 0.0),
         (Road, "stop_zone", -1.0),
         (Road, "stop_speed", 0.0),
-        (Road, "sensor_range", float("nan")),
+        (Sensor, "front_range", float("nan")),
         (Road, "start_distance", (80.0, 60.0)),
         (Road, "start_speed", (5.0, 50.0)),
+        (Road, "lines", (0.0, 10.0, 20.0)),
+        (Road, "lines", (5.0, 1.0)),
+        (Road, "friction", 0.0),
+        (Sensor, "delay", -1),
+        (Sensor, "noise_speed", -0.5),
+        (Signal, "green_at", (5.0, 1.0)),
+        (Band, "share", 0.0),
         (Reward, "sigma_2", -1.0),
         (Reward, "safe_gap", 0.0),
     ],
@@ -89,3 +100,19 @@ def test_bad_traffic_is_named(field: str, value: Any) -> None:
 def test_a_bad_profile_family_is_named(field: str, value: Any) -> None:
     with pytest.raises(InputError, match=field):
         replace(ProfileFamily("odd", 1.0), **{field: value})
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"road": Road(lines=())}, "lines"),
+        ({"goal": Goal.FOLLOW}, "lines"),
+        ({"goal": Goal.FOLLOW, "road": Road(lines=())}, "count_shares"),
+        ({"signal": Signal((1.0, 2.0))}, "signal"),
+        ({"dt": 0.0}, "dt"),
+        ({"horizon": 0}, "horizon"),
+    ],
+)
+def test_contradictions_are_named(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        replace(MAIN, **changes)

@@ -1,10 +1,12 @@
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hhrl_envs import SCENARIOS, InputError, Outcome, Scenario, Simulator, get_scenario, observation
+from hhrl_envs import SCENARIOS, InputError, Outcome, Scenario, Sensor, Simulator, get_scenario, observation
 from hhrl_envs.rewards import TIME, TIMEOUT, unsafe_exp
 from support.driving import careful_actions, random_actions
 from support.reference import Facts, distances, rewards
@@ -36,13 +38,14 @@ def roll(scenario: Scenario, seeds: NDArray[np.int64], actions: NDArray[np.int64
     return np.stack(trail, axis=1).tobytes()
 
 
-def facts_of(simulator: Simulator, row: int, accel_before: float) -> Facts:
+def facts_of(simulator: Simulator, row: int, line: float, accel_before: float) -> Facts:
     vehicles = simulator.vehicles(row)
     x, v, a = vehicles[0]
+    d_d = min(line - x, simulator.scenario.sensor.line_range)
     front = vehicles[1] if len(vehicles) > 1 and not np.isnan(vehicles[1, 0]) else np.array([np.inf, 0.0, 0.0])
     d_f = front[0] - simulator.scenario.vehicle.length - x
     jerk = (a - accel_before) / simulator.scenario.dt
-    return Facts(v, jerk, -x, d_f, front[1], Outcome(simulator.outcomes[row]))
+    return Facts(v, jerk, d_d, d_f, front[1], Outcome(simulator.outcomes[row]))
 
 
 @EACH
@@ -58,26 +61,40 @@ def test_rows_are_bit_identical_in_every_batch(scenario: Scenario) -> None:
 
 @EACH
 def test_rewards_and_observations_follow_the_equations(scenario: Scenario) -> None:
-    rows = 60
-    simulator = Simulator(scenario, rows)
+    rows, truthful = 15, replace(scenario, sensor=Sensor())
+    simulator = Simulator(truthful, rows)
     simulator.reset(np.arange(rows))
-    seen: set[int] = set()
-    actions = random_actions(3, 620, rows, scenario.num_actions)
-    for t in range(620):
-        before = [simulator.vehicles(i)[0, 2] for i in range(rows)]
-        careful = careful_actions(simulator)
-        chosen = np.where(np.arange(rows) % 3 == 0, careful, actions[t])
-        chosen[rows - 2 :] = 0
+    for chosen in mixed_actions(simulator, 400):
+        before = [(simulator.active_line(i), simulator.vehicles(i)[0, 2]) for i in range(rows)]
         simulator.step(chosen)
         for i in range(rows):
-            check_row(simulator, i, before[i])
+            line, accel = before[i]
+            check_row(simulator, i, simulator.active_line(i) if scenario.signal else line, accel)
+        simulator.reset_done()
+
+
+def test_the_main_scenario_ends_in_every_way_and_no_other() -> None:
+    simulator = Simulator(MAIN, 60)
+    simulator.reset(np.arange(60))
+    seen: set[int] = set()
+    for chosen in mixed_actions(simulator, 620):
+        simulator.step(chosen)
         seen.update(simulator.outcomes.tolist())
         simulator.reset_done()
     assert seen == {Outcome.RUNNING, Outcome.COLLISION, Outcome.NOT_STOP, Outcome.SUCCESS, Outcome.TIMEOUT}
 
 
-def check_row(simulator: Simulator, i: int, accel_before: float) -> None:
-    facts = facts_of(simulator, i, accel_before)
+def mixed_actions(simulator: Simulator, steps: int) -> Iterator[NDArray[np.int64]]:
+    """A third of the rows drives carefully, one stands, the others do this and that."""
+    rows = simulator.num_rows
+    for chosen in random_actions(3, steps, rows, simulator.scenario.num_actions):
+        mixed = np.where(np.arange(rows) % 3 == 0, careful_actions(simulator), chosen)
+        mixed[-1] = 0
+        yield mixed
+
+
+def check_row(simulator: Simulator, i: int, line: float, accel_before: float) -> None:
+    facts = facts_of(simulator, i, line, accel_before)
     task, option, action = rewards(facts, simulator.scenario)
     close: dict[str, Any] = {"rtol": 1e-12, "atol": 1e-12}
     np.testing.assert_allclose(simulator.rewards[i], task, **close)
@@ -107,9 +124,9 @@ def test_vehicles_keep_within_physics(scenario: Scenario) -> None:
         assert not (after[:, :, 0] < before[:, :, 0]).any(), "a vehicle moved backwards"
         assert np.nanmin(after[:, :, 1]) >= 0.0
         assert after[:, 0, 1].max() <= scenario.road.speed_limit
-        gaps = after[:, 2:, 0] - scenario.vehicle.length - after[:, 1:-1, 0]
-        assert np.nanmin(gaps) > 0.0, "scripted vehicles overlap"
-        d_f = after[:, 1, 0] - scenario.vehicle.length - after[:, 0, 0]
+        gaps = after[:, 1:, 0] - scenario.vehicle.length - after[:, :-1, 0]
+        assert not (gaps[:, 1:] <= 0.0).any(), "scripted vehicles overlap"
+        d_f = np.concatenate([gaps, np.full((rows, 1), np.inf)], axis=1)[:, 0]
         running = simulator.outcomes == Outcome.RUNNING
         assert not (d_f[running] <= 0.0).any(), "an overlap went unnoticed"
         before = after
@@ -138,8 +155,9 @@ def test_feasible_worlds_can_be_survived_and_leave_time(scenario: Scenario) -> N
     for _ in range(scenario.horizon):
         simulator.step(np.zeros(rows, np.int64))
     assert not ((simulator.outcomes == Outcome.COLLISION) & feasible).any()
-    rears = [np.nan_to_num(simulator.vehicles(i)[1, 0], nan=1e3) - scenario.vehicle.length for i in range(rows)]
-    assert (np.array(rears)[feasible] > 0.0).all()
+    fronts = [simulator.vehicles(i)[1:2, 0] for i in range(rows)]
+    rears = [front[0] - scenario.vehicle.length for front in fronts if front.size and not np.isnan(front[0])]
+    assert not scenario.road.lines or min(rears, default=1.0) > 0.0
 
 
 def test_an_ended_row_keeps_its_outcome_and_earns_nothing() -> None:

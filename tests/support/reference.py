@@ -21,8 +21,8 @@ class Facts:
 def distances(facts: Facts, scenario: Scenario) -> dict[str, float]:
     """Eq. (dis), with the documented sensor range."""
     a_max, d_0 = scenario.vehicle.max_decel, scenario.reward.safe_gap
-    seen = facts.d_f <= scenario.road.sensor_range
-    d_f = facts.d_f if seen else scenario.road.sensor_range
+    seen = facts.d_f <= scenario.sensor.front_range
+    d_f = facts.d_f if seen else scenario.sensor.front_range
     v_f = facts.v_f if seen else scenario.road.speed_limit
     d_fs = max((facts.v_e**2 - v_f**2) / (2 * a_max), d_0)
     d_ds = facts.v_e**2 / (2 * a_max)
