@@ -1,0 +1,161 @@
+"""The command line: exit code 0 done, 1 a check did not hold, 2 bad usage or input, said in one line."""
+
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+AgentArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="AGENT", help="A registered name, a checkpoint, a run directory, or module:factory.", show_default=False
+    ),
+]
+TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
+HeldOption = Annotated[str | None, typer.Option("--option", metavar="[stop|follow]", help="Hold this option fixed.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
+
+
+class OneLineErrors(TyperGroup):
+    """A group of commands whose failures are one line on stderr and exit code 2, without a traceback."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Return nothing; run the command line and leave with its exit code."""
+        try:
+            code = super().main(*args, **{**kwargs, "standalone_mode": False})
+        except Exception as error:
+            message = _message(error)
+            if message is None:
+                raise
+            typer.echo("hhrl-bench: " + " ".join(message.split()), err=True)
+            code = 2
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _message(error: Exception) -> str | None:
+    """Return what to say of bad usage or input; None for a fault of ours, which keeps its traceback."""
+    if hasattr(error, "format_message"):
+        return str(error.format_message())
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+    if isinstance(error, ValueError):
+        from hhrl_envs.errors import InputError  # noqa: PLC0415
+
+        return str(error) if isinstance(error, InputError) else None
+    return None
+
+
+app = typer.Typer(
+    cls=OneLineErrors,
+    help="Benchmark hierarchical, flat and rule agents on the stop-line tasks.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+list_app = typer.Typer(help="List what is registered: agents, tasks, suites.")
+leaderboard_app = typer.Typer(help="Read leaderboards.")
+app.add_typer(list_app, name="list")
+app.add_typer(leaderboard_app, name="leaderboard")
+
+
+def main() -> None:
+    """Return nothing; the entry point of ``hhrl-bench``."""
+    app()
+
+
+def _commands() -> ModuleType:
+    """Return the module that does the work: it brings in numba and scipy, which ``--help`` need not wait for."""
+    from hhrl_bench import commands  # noqa: PLC0415
+
+    return commands
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
+) -> None:
+    if version:
+        from hhrl_bench import __version__  # noqa: PLC0415
+
+        typer.echo(f"hhrl-bench {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@list_app.command("agents")
+def _list_agents(json: JsonOption = False) -> None:
+    """List rule agents and learned methods, with the number of trained seeds that come with the package."""
+    _commands().list_agents(as_json=json)
+
+
+@list_app.command("tasks")
+def _list_tasks(json: JsonOption = False) -> None:
+    """List tasks: their scenario, training budget and seeds."""
+    _commands().list_tasks(as_json=json)
+
+
+@list_app.command("suites")
+def _list_suites(json: JsonOption = False) -> None:
+    """List suites: their tasks, agents and number of episodes."""
+    _commands().list_suites(as_json=json)
+
+
+@app.command("train")
+def _train(
+    method: Annotated[str, typer.Argument(metavar="METHOD", help="A learned method; see: list agents.")],
+    task: TaskOption = "stop-line-v0",
+    seeds: Annotated[str, typer.Option(help="Training seeds, trained side by side, such as 0-4,7.")] = "0",
+    env_steps: Annotated[
+        int | None, typer.Option(min=1, help="Steps for each seed. [default: the task's budget]")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Run directory. [default: runs/METHOD/TASK]")] = None,
+) -> None:
+    """Train a method; keep each seed's best policy on validation episodes, and its last."""
+    _commands().train(method, task, seeds, env_steps, out)
+
+
+@app.command("evaluate")
+def _evaluate(
+    agent: AgentArgument,
+    task: TaskOption = "stop-line-v0",
+    episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
+    option: HeldOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Score an agent on a task's test episodes, the same worlds for every agent."""
+    _commands().evaluate(agent, task, episodes, option, as_json=json)
+
+
+@app.command("run")
+def _run(
+    suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
+    out: Annotated[Path | None, typer.Option(help="Leaderboard file. [default: leaderboards/SUITE.json]")] = None,
+) -> None:
+    """Run a suite, print its table and write its leaderboard."""
+    _commands().run(suite, out)
+
+
+@leaderboard_app.command("show")
+def _leaderboard_show(
+    file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/quick.json"),
+    json: JsonOption = False,
+) -> None:
+    """Print a leaderboard as a table."""
+    _commands().show_leaderboard(file, as_json=json)
+
+
+@app.command("watch")
+def _watch(
+    agent: AgentArgument,
+    out: Annotated[Path, typer.Option(help="The picture to write: a .gif in real time, or a .png strip.")],
+    task: TaskOption = "stop-line-v0",
+    episode: Annotated[int, typer.Option(min=0, help="Which test episode.")] = 0,
+    option: HeldOption = None,
+) -> None:
+    """Draw an agent's test episode: every step as a .gif, or key frames and charts as a .png."""
+    _commands().watch(agent, task, out, episode, option)

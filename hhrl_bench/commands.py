@@ -1,0 +1,163 @@
+"""What the commands of the command line do: results on stdout, progress on stderr."""
+
+import json
+import os
+import shlex
+import time
+from pathlib import Path
+from typing import Any, cast
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from hhrl_agents import METHODS, RULES
+from hhrl_bench import leaderboard
+from hhrl_bench.errors import AgentError
+from hhrl_bench.files import require_writable
+from hhrl_bench.loading import load_agent, shipped_methods
+from hhrl_bench.players import OPTIONS
+from hhrl_bench.progress import progress
+from hhrl_bench.records import LeaderboardRecord, OptionName
+from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
+from hhrl_bench.seeds import parse_seeds
+from hhrl_bench.suite import SUITES, get_suite, units
+from hhrl_bench.table import print_results
+from hhrl_bench.tasks import TASKS, get_task
+from hhrl_envs.extras import require
+
+PLAIN_WIDTH = 160
+
+
+def list_agents(*, as_json: bool) -> None:
+    """Return nothing; print the rule agents and the learned methods."""
+    shipped = shipped_methods()
+    rules = [{"id": name, "kind": "rule", "shipped_seeds": None} for name in RULES]
+    methods = [{"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0)} for name in METHODS]
+    _print_rows([*rules, *methods], as_json=as_json)
+
+
+def list_tasks(*, as_json: bool) -> None:
+    """Return nothing; print the tasks."""
+    rows = [
+        {
+            "id": task.id,
+            "scenario": task.scenario,
+            "env_steps": task.env_steps,
+            **{
+                f"{seeds.name}_seeds": [seeds.start, seeds.start + seeds.size - 1]
+                for seeds in (task.train, task.validation, task.test)
+            },
+        }
+        for task in TASKS.values()
+    ]
+    _print_rows(rows, as_json=as_json)
+
+
+def list_suites(*, as_json: bool) -> None:
+    """Return nothing; print the suites."""
+    rows = [
+        {"id": suite.id, "tasks": list(suite.tasks), "agents": list(suite.agents), "episodes": suite.episodes}
+        for suite in SUITES.values()
+    ]
+    _print_rows(rows, as_json=as_json)
+
+
+def train(method: str, task: str, seeds: str, env_steps: int | None, out: Path | None) -> None:
+    """Return nothing; train, validate and save; the run directory's name goes to stdout."""
+    require("torch", "torch")
+    from hhrl_bench import train as training  # noqa: PLC0415
+
+    chosen = get_task(task)
+    folder = out or Path("runs") / method / chosen.id
+    plan = training.Plan(method, chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder)
+    with progress(f"{method}, seeds {seeds}") as update:
+        for report in training.train(plan):
+            rates = " ".join(f"{rate:.0%}" for rate in report.success)
+            update(report.env_steps, plan.env_steps, f"validation success {rates}")
+    typer.echo(str(folder))
+
+
+def evaluate(agent: str, task: str, episodes: int, option: str | None, *, as_json: bool) -> None:
+    """Return nothing; evaluate an agent and print its record or its table."""
+    chosen, held = get_task(task), _option(option)
+    record = task_record(chosen, episodes)
+    started = time.perf_counter()
+    with progress(f"{agent} on {task}") as update:
+        result = evaluate_agent(agent, chosen, episodes, held, update)
+    seconds = time.perf_counter() - started
+    if not as_json:
+        print_results(_console(), record, [result])
+        return
+    words = ["hhrl-bench", "evaluate", agent, "--task", task, "--episodes", str(episodes)]
+    command = shlex.join([*words, "--option", held] if held else words)
+    typer.echo(evaluation_record(record, result, command, seconds).model_dump_json(indent=2))
+
+
+def run(suite_id: str, out: Path | None) -> None:
+    """Return nothing; run a suite, write its leaderboard and print it."""
+    suite = get_suite(suite_id)
+    path = out or Path("leaderboards") / f"{suite.id}.json"
+    require_writable(path)
+    results = []
+    total = len(list(units(suite)))
+    with progress(f"suite {suite.id}") as update:
+        for timed in leaderboard.run_suite(suite):
+            results.append(timed)
+            update(len(results), total, f"{timed.result.agent}: success {timed.result.metrics.success.mean:.1%}")
+    board = leaderboard.build(suite, results, f"hhrl-bench run --suite {suite.id}")
+    leaderboard.write(board, path)
+    _print_leaderboard(board)
+    typer.echo(f"wrote {path}", err=True)
+
+
+def show_leaderboard(path: Path, *, as_json: bool) -> None:
+    """Return nothing; print a leaderboard file as a table, or as the JSON it is."""
+    board = leaderboard.read(path)
+    if as_json:
+        typer.echo(board.model_dump_json(indent=2))
+    else:
+        _print_leaderboard(board)
+
+
+def watch(agent: str, task: str, out: Path, episode: int, option: str | None) -> None:
+    """Return nothing; draw a test episode into a file."""
+    from hhrl_bench.watch import watch as draw  # noqa: PLC0415
+
+    held = OPTIONS.get(_option(option) or "")
+    outcome = draw(load_agent(agent, task), task, out, episode, held)
+    typer.echo(f"wrote {out}: {outcome.name.lower().replace('_', '-')}", err=True)
+
+
+def _option(name: str | None) -> OptionName | None:
+    if name not in {None, *OPTIONS}:
+        raise AgentError(f"unknown option {name!r}; write one of: {', '.join(OPTIONS)}")
+    return cast(OptionName | None, name)
+
+
+def _print_leaderboard(board: LeaderboardRecord) -> None:
+    console = _console()
+    for task in board.tasks:
+        print_results(console, task, [result for result in board.results if result.task == task.id])
+
+
+def _print_rows(rows: list[dict[str, Any]], *, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps(rows, indent=2))
+        return
+    table = Table(*rows[0], box=None, pad_edge=False)
+    for row in rows:
+        table.add_row(*(_said(value) for value in row.values()))
+    _console().print(table)
+
+
+def _said(value: object) -> str:
+    if isinstance(value, list):
+        return (" to " if isinstance(value[0], int) else ", ").join(map(_said, value))
+    return "" if value is None else f"{value:,}" if isinstance(value, int) else str(value)
+
+
+def _console() -> Console:
+    """Return the console of stdout; wide enough for any table where that is no terminal and COLUMNS is not set."""
+    console = Console()
+    return console if console.is_terminal or "COLUMNS" in os.environ else Console(width=PLAIN_WIDTH)

@@ -1,0 +1,121 @@
+"""Results as a table to read: the nine columns of Table I with 95% intervals, the paper's own rows below."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rich import box
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table
+from rich.text import Text
+
+from hhrl_bench.paper import CASES, TABLE_I, PaperRow
+from hhrl_bench.records import MetricRecord, ResultRecord, TaskRecord
+from hhrl_bench.statistics import wilson
+
+BOUNDLESS = 1000
+NAME_WIDTH = 24
+NONE = "\N{EN DASH}"
+
+
+class Column(NamedTuple):
+    """A column of Table I: metric key, heading, digits after the point of means and of bounds; rates in percent."""
+
+    key: str
+    heading: str
+    digits: int
+    bound_digits: int
+    percent: bool = False
+
+
+COLUMNS = (
+    Column("return_option", "r^o", 2, 1),
+    Column("return_action", "r^a", 2, 1),
+    Column("steps", "step", 1, 1),
+    Column("unsmooth", "unsmooth", 2, 2),
+    Column("unsafe", "unsafe", 2, 2),
+    Column("collision", "collision", 1, 1, percent=True),
+    Column("not_stop", "not stop", 1, 1, percent=True),
+    Column("timeout", "timeout", 1, 1, percent=True),
+    Column("success", "success", 1, 1, percent=True),
+)
+
+
+def print_results(console: Console, task: TaskRecord, results: Sequence[ResultRecord]) -> None:
+    """Return nothing; print one task's results, with the intervals where the console is wide enough for them."""
+    wide = results_table(task, results, intervals=True)
+    fits = Measurement.get(console, console.options.update(max_width=BOUNDLESS), wide).maximum <= console.width
+    console.print(wide if fits else results_table(task, results, intervals=False))
+
+
+def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, intervals: bool) -> Table:
+    """Return the table of one task's results, two lines an agent with ``intervals`` and one without."""
+    table = Table(
+        title=f"{task.id}, {task.episodes:,} test episodes",
+        caption=_caption(results, intervals=intervals),
+        box=box.HORIZONTALS,
+        show_edge=False,
+        padding=(0, 1 if intervals else 0),
+        collapse_padding=True,
+        pad_edge=False,
+        title_justify="left",
+        caption_justify="left",
+    )
+    table.add_column("agent", overflow="fold", max_width=NAME_WIDTH, vertical="top")
+    for column in COLUMNS:
+        table.add_column(
+            column.heading if intervals else column.heading.replace(" ", "\n"), justify="right", no_wrap=True
+        )
+    for result in results:
+        table.add_row(_label(result), *(_cell(column, result, intervals=intervals) for column in COLUMNS))
+    table.add_section()
+    table.add_row(Text("the paper", style="italic"))
+    for row in TABLE_I:
+        table.add_row(row.policy, *(_paper_cell(column, row, intervals=intervals) for column in COLUMNS), style="dim")
+    return table
+
+
+def _label(result: ResultRecord) -> Text:
+    return Text(result.agent).append(f"\n{result.option} held" if result.option else "", style="dim")
+
+
+def _cell(column: Column, result: ResultRecord, *, intervals: bool) -> Text:
+    metric: MetricRecord = getattr(result.metrics, column.key)
+    if metric.mean is None:
+        return Text(NONE)
+    return _text(column, metric.mean, metric.low, metric.high, intervals=intervals)
+
+
+def _paper_cell(column: Column, row: PaperRow, *, intervals: bool) -> Text:
+    value = getattr(row, column.key)
+    if not column.percent:
+        return _text(column, value, None, None, intervals=intervals)
+    estimate = wilson(value, CASES)
+    return _text(column, estimate.mean, estimate.low, estimate.high, intervals=intervals)
+
+
+def _text(column: Column, mean: float, low: float | None, high: float | None, *, intervals: bool) -> Text:
+    scale = 100.0 if column.percent else 1.0
+    text = Text(f"{mean * scale:.{column.digits}f}" + ("%" if column.percent else ""))
+    if intervals and low is not None and high is not None:
+        bounds = (_bound(bound * scale, column.bound_digits) for bound in (low, high))
+        text.append("\n" + ", ".join(bounds), style="dim")
+    return text
+
+
+def _bound(value: float, digits: int) -> str:
+    """Return a bound with three significant digits, and at most ``digits`` after the point."""
+    if abs(value) >= 99.95:
+        return f"{value:.0f}"
+    return f"{value:.1f}" if abs(value) >= 9.995 else f"{value:.{digits}f}"
+
+
+def _caption(results: Sequence[ResultRecord], *, intervals: bool) -> str:
+    paper = f"The paper's rows: Table I, {CASES} cases"
+    if not intervals:
+        return f"Means an episode. {paper}.\nA wider terminal shows 95% intervals."
+    seeds = sorted({len(result.runs) for result in results if len(result.runs) > 1})
+    notes = [f"bootstrap over {' or '.join(map(str, seeds))} training seeds"] if seeds else []
+    if any(len(result.runs) == 1 for result in results):
+        notes.append("of a single policy Wilson (rates) and bootstrap over episodes (means)")
+    return f"Means an episode. 95% intervals: {'; '.join(notes)}.\n{paper}, Wilson."

@@ -1,0 +1,243 @@
+"""The command line, end to end: exit codes, one line an error, JSON alone on stdout, no half-written file."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import hhrl_bench
+from hhrl_agents import METHODS, RULES
+from hhrl_bench import leaderboard, suite
+from hhrl_bench.cli import app
+from hhrl_bench.evaluation import evaluate
+from hhrl_bench.loading import load_agent
+from hhrl_bench.records import EvaluationRecord, LeaderboardRecord
+from hhrl_bench.suite import SUITES, Suite
+from hhrl_bench.tasks import TASKS
+
+ROOT = Path(hhrl_bench.__file__).parent.parent
+
+
+def invoke(*arguments: str) -> Result:
+    return CliRunner(env={"COLUMNS": None}).invoke(app, list(arguments))
+
+
+def done(*arguments: str) -> str:
+    """Return stdout of a command that must succeed."""
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def refused(*arguments: str) -> str:
+    """Return the one line of a command that must be refused."""
+    result = invoke(*arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    *progress, line = result.stderr.splitlines()
+    assert line.startswith("hhrl-bench: ")
+    assert "Traceback" not in result.stderr
+    assert not [said for said in progress if " of " not in said]
+    return line
+
+
+def process(*arguments: str, folder: Path, code: str | None = None) -> subprocess.CompletedProcess[str]:
+    start = ["-c", code, *arguments] if code else ["-m", "hhrl_bench", *arguments]
+    search = os.pathsep.join(str(path) for path in (ROOT, *map(Path, filter(None, sys.path))))
+    return subprocess.run(
+        [sys.executable, *start],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": search, "OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+@pytest.fixture
+def tiny(monkeypatch: pytest.MonkeyPatch) -> Suite:
+    """A suite that takes no time, in place of the quick one."""
+    small = Suite("quick", agents=("rule-2", "rule-4"), tasks=("stop-line-v0",), episodes=20)
+    monkeypatch.setattr(suite, "SUITES", {"quick": small})
+    return small
+
+
+def test_evaluate_prints_the_nine_columns_and_the_papers_rows() -> None:
+    said = done("evaluate", "rule-2", "--episodes", "40")
+    for word in ("r^o", "r^a", "step", "unsmooth", "unsafe", "collision", "not stop", "timeout", "success"):
+        assert word in said
+    for word in ("rule-2", "stop-line-v0, 40 test episodes", "Hybrid HRL", "Wilson", "43.52", "81.4, 93.7"):
+        assert word in said
+
+
+def test_evaluate_prints_json_alone_on_stdout() -> None:
+    text = done("evaluate", "rule-2", "--episodes", "40", "--json")
+    record = EvaluationRecord.model_validate_json(text)
+    assert record.task.episodes == 40
+    assert record.provenance.command == "hhrl-bench evaluate rule-2 --task stop-line-v0 --episodes 40"
+    assert record.result.runs[0].episodes_sha256 == evaluate(load_agent("rule-2"), episodes=40).digest()
+
+
+def test_evaluate_twice_differs_in_its_provenance_only() -> None:
+    first, again = (json.loads(done("evaluate", "rule-3", "--episodes", "30", "--json")) for _ in range(2))
+    del first["provenance"], again["provenance"]
+    assert first == again
+
+
+def test_evaluate_holds_the_option() -> None:
+    held = json.loads(done("evaluate", "rule-4", "--episodes", "30", "--option", "stop", "--json"))
+    rule = json.loads(done("evaluate", "rule-2", "--episodes", "30", "--json"))
+    assert held["result"]["option"] == "stop"
+    assert held["result"]["runs"] == rule["result"]["runs"]
+    assert held["provenance"]["command"].endswith("--option stop")
+
+
+def test_the_table_fits_narrow_and_wide_terminals() -> None:
+    for columns in (80, 120):
+        result = CliRunner(env={"COLUMNS": str(columns)}).invoke(app, ["evaluate", "rule-2", "--episodes", "20"])
+        lines = result.stdout.splitlines()
+        assert max(map(len, lines)) <= columns
+        assert "…" not in result.stdout
+        assert ("Wilson" in result.stdout) == (columns == 120)
+
+
+def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: Suite, tmp_path: Path) -> None:
+    path = tmp_path / "boards" / "a.json"
+    said = done("run", "--suite", "quick", "--out", str(path))
+    board = LeaderboardRecord.model_validate_json(path.read_text())
+    assert tuple(result.agent for result in board.results) == tiny.agents
+    assert board.provenance.command == "hhrl-bench run --suite quick"
+    assert done("leaderboard", "show", str(path)) == said
+    assert LeaderboardRecord.model_validate_json(done("leaderboard", "show", str(path), "--json")) == board
+    assert [p.name for p in path.parent.iterdir()] == ["a.json"]
+
+
+@pytest.mark.usefixtures("tiny")
+def test_run_that_fails_leaves_the_old_leaderboard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.json"
+    path.write_text("before")
+
+    def fails(*_: object) -> None:
+        raise OSError(28, "No space left on device", "somewhere")
+
+    monkeypatch.setattr(leaderboard, "evaluate_agent", fails)
+    assert refused("run", "--out", str(path)).endswith("No space left on device: somewhere")
+    assert path.read_text() == "before"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.json"]
+
+
+def test_lists_name_what_is_registered() -> None:
+    agents = json.loads(done("list", "agents", "--json"))
+    assert [agent["id"] for agent in agents] == [*RULES, *METHODS]
+    assert [task["id"] for task in json.loads(done("list", "tasks", "--json"))] == [*TASKS]
+    assert [entry["id"] for entry in json.loads(done("list", "suites", "--json"))] == [*SUITES]
+    for what, names in (("agents", [*RULES, *METHODS]), ("tasks", TASKS), ("suites", SUITES)):
+        said = done("list", what)
+        assert all(name in said for name in names)
+
+
+def test_version_and_help() -> None:
+    assert done("--version") == f"hhrl-bench {hhrl_bench.__version__}\n"
+    assert done() == done("--help")
+    for command in ("train", "evaluate", "run", "list", "leaderboard", "watch"):
+        assert command in done("--help")
+        assert "Usage" in done(command, "--help")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["evaluate"], "Missing argument 'AGENT'"),
+        (["evaluate", "rule-9"], "unknown agent 'rule-9'"),
+        (["evaluate", "rule-1", "--task", "x"], "unknown task 'x'; known tasks: stop-line-v0"),
+        (["evaluate", "rule-1", "--episodes", "0"], "ask for 1 to"),
+        (["evaluate", "rule-1", "--episodes", "many"], "'--episodes'"),
+        (["evaluate", "rule-1", "--option", "left"], "unknown option 'left'; write one of: stop, follow"),
+        (["evaluate", "rule-1", "--speed", "9"], "No such option"),
+        (["evaluate", "nowhere:make"], "cannot import 'nowhere'"),
+        (["run", "--suite", "slow"], "unknown suite 'slow'; known suites: quick"),
+        (["train", "sarsa"], "unknown method 'sarsa'"),
+        (["train", "ddqn", "--seeds", "4-2"], "write 2-4"),
+        (["train", "ddqn", "--env-steps", "0"], "'--env-steps'"),
+        (["leaderboard", "show", "nowhere.json"], "cannot read nowhere.json: No such file"),
+        (["leaderboard"], "Missing command"),
+        (["dance"], "No such command 'dance'"),
+        (["watch", "rule-1", "--out", "x.mp4"], "x.mp4"),
+    ],
+)
+def test_bad_usage_is_one_line_and_exit_code_2(arguments: list[str], said: str) -> None:
+    assert said in refused(*arguments)
+
+
+def test_output_below_a_file_is_refused_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(leaderboard, "evaluate_agent", lambda *_: pytest.fail("played"))
+    file = tmp_path / "file"
+    file.write_text("before")
+    assert "cannot write" in refused("run", "--out", str(file / "a.json"))
+    assert "cannot write" in refused("train", "ddqn", "--out", str(file / "run"))
+    assert file.read_text() == "before"
+
+
+def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hhrl_bench.commands.evaluate_agent", lambda *_: 1 // 0)
+    assert isinstance(invoke("evaluate", "rule-1").exception, ZeroDivisionError)
+
+
+def test_a_process_says_errors_on_stderr_and_exits_2(tmp_path: Path) -> None:
+    ended = process("evaluate", "rule-9", folder=tmp_path)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert ended.stderr.startswith("hhrl-bench: unknown agent 'rule-9'")
+    assert ended.stderr.count("\n") == 1
+
+
+def test_a_process_finds_factories_in_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("from hhrl_agents import RULES\nmake = RULES['rule-2']\n")
+    ended = process("evaluate", "mine:make", "--episodes", "30", "--json", folder=tmp_path)
+    assert ended.returncode == 0, ended.stderr
+    runs = json.loads(ended.stdout)["result"]["runs"]
+    assert runs[0]["episodes_sha256"] == evaluate(load_agent("rule-2"), episodes=30).digest()
+
+
+WITHOUT_TORCH = """
+import sys
+from importlib.machinery import PathFinder
+find = PathFinder.find_spec
+PathFinder.find_spec = lambda name, *rest: None if name.partition(".")[0] == "torch" else find(name, *rest)
+from hhrl_bench.cli import main
+sys.argv[0] = "hhrl-bench"
+main()
+"""
+
+
+def test_rules_are_evaluated_without_torch(tmp_path: Path) -> None:
+    ended = process("evaluate", "rule-1", "--episodes", "10", folder=tmp_path, code=WITHOUT_TORCH)
+    assert ended.returncode == 0, ended.stderr
+
+
+@pytest.mark.parametrize("arguments", [["train", "ddqn"], ["evaluate", "a.safetensors"]])
+def test_what_needs_torch_says_which_extra_to_install(tmp_path: Path, arguments: list[str]) -> None:
+    (tmp_path / "a.safetensors").write_bytes(b"x")
+    ended = process(*arguments, folder=tmp_path, code=WITHOUT_TORCH)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert "pip install 'hhrl-bench[torch]'" in ended.stderr
+    assert ended.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["a.safetensors"]
+
+
+HELP_IMPORTS = """
+import sys
+from hhrl_bench.cli import app
+try:
+    app(["--help"])
+except SystemExit:
+    print(sorted({"torch", "numba", "scipy", "pydantic"} & set(sys.modules)), file=sys.stderr)
+"""
+
+
+def test_help_waits_for_no_heavy_import(tmp_path: Path) -> None:
+    assert process(folder=tmp_path, code=HELP_IMPORTS).stderr == "[]\n"

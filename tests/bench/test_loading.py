@@ -1,0 +1,129 @@
+"""Agents by name, and users' factories: what cannot be loaded is said in one line."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hhrl_agents import METHODS, RULES
+from hhrl_bench.errors import AgentError, UnknownTaskError
+from hhrl_bench.loading import load_agent, load_agents, shipped_methods
+from hhrl_envs import get_scenario
+
+SCENARIO = get_scenario("stop-line-v0")
+
+FACTORIES = """
+import numpy as np
+from hhrl_agents import Decision
+
+class Coasting:
+    def __init__(self, scenario):
+        self.action = scenario.num_actions - 3
+    def reset(self, mask):
+        pass
+    def act(self, observations):
+        rows = len(observations)
+        return Decision(np.full(rows, -1), np.full(rows, self.action))
+
+def crashing(scenario):
+    raise RuntimeError("out of paint")
+
+def nothing(scenario):
+    return None
+
+value = 3
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The current folder, with a module of factories in it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    before = set(sys.modules)
+    (tmp_path / "my_factories.py").write_text(FACTORIES)
+    (tmp_path / "needs_more.py").write_text("import no_such_module_anywhere")
+    (tmp_path / "misspelt.py").write_text("x = (")
+    yield tmp_path
+    for name in {"my_factories", "needs_more", "misspelt"} - before:
+        sys.modules.pop(name, None)
+
+
+def refused(source: str) -> str:
+    with pytest.raises(AgentError) as caught:
+        load_agents(source, SCENARIO)
+    message = str(caught.value)
+    assert len(message.splitlines()) == 1
+    return message
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_rule_is_one_agent_without_a_seed(rule: str) -> None:
+    (loaded,) = load_agents(rule, SCENARIO)
+    assert (loaded.kind, loaded.seed, loaded.sha256, loaded.metadata) == ("rule", None, None, None)
+
+
+def test_a_factory_in_the_current_folder_is_called_with_the_scenario(folder: Path) -> None:
+    (loaded,) = load_agents("my_factories:Coasting", SCENARIO)
+    assert loaded.kind == "factory"
+    assert loaded.agent.action == SCENARIO.num_actions - 3  # type: ignore[attr-defined]
+    assert sys.path.count(str(folder)) == 1
+    load_agents("my_factories:Coasting", SCENARIO)
+    assert sys.path.count(str(folder)) == 1
+
+
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [
+        (
+            "my_factories:crashing",
+            "factory my_factories:crashing raised RuntimeError: out of paint (my_factories.py, l",
+        ),
+        ("my_factories:nothing", "my_factories:nothing returned NoneType; return an agent"),
+        ("my_factories:value", "module 'my_factories' has no callable 'value'; write module:factory"),
+        ("my_factories:missing", "module 'my_factories' has no callable 'missing'"),
+        ("my_factories:", "module 'my_factories' has no callable ''"),
+        (
+            "needs_more:make",
+            "cannot import 'needs_more': ModuleNotFoundError: No module named 'no_such_module_anywhere'",
+        ),
+        ("misspelt:make", "cannot import 'misspelt': SyntaxError"),
+        ("nowhere:make", "cannot import 'nowhere': ModuleNotFoundError"),
+        (":make", "cannot import ''"),
+        ("..up:make", "cannot import '..up'"),
+    ],
+)
+@pytest.mark.usefixtures("folder")
+def test_a_factory_that_fails(source: str, said: str) -> None:
+    assert said in refused(source)
+
+
+def test_an_unknown_agent_is_told_which_there_are() -> None:
+    message = refused("rule-7")
+    assert "unknown agent 'rule-7'" in message
+    for name in [*RULES, *shipped_methods()]:
+        assert name in message
+
+
+def test_a_method_without_shipped_seeds_is_told_how_to_train_it() -> None:
+    method = next(method for method in METHODS if method not in shipped_methods())
+    assert refused(method).endswith(f"train it: hhrl-bench train {method}")
+
+
+def test_a_folder_without_checkpoints(tmp_path: Path) -> None:
+    assert "holds no seed-<k>.safetensors" in refused(str(tmp_path))
+
+
+def test_a_file_that_is_no_checkpoint(tmp_path: Path) -> None:
+    path = tmp_path / "agent.safetensors"
+    path.write_bytes(b"\x08\x00\x00\x00\x00\x00\x00\x00{}      ")
+    with pytest.raises(ValueError, match=r"agent\.safetensors") as caught:
+        load_agents(path, SCENARIO)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_load_agent_knows_tasks_by_their_ids() -> None:
+    assert load_agent("rule-1", "stop-line-v0").act is not None
+    with pytest.raises(UnknownTaskError):
+        load_agent("rule-1", "stop-line-v9")
