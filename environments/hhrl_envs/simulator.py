@@ -5,6 +5,7 @@ A step is: signals switch -> traffic and ego drive, front to back -> outcomes ->
 whoever else is in it.
 """
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -13,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from hhrl_envs import layout
 from hhrl_envs.batch import EPISODE, SEED, new_batch, new_results
+from hhrl_envs.beginning import begin_rows
 from hhrl_envs.compiled import Codes, Floats, Floats32, Ints, Keys
 from hhrl_envs.errors import InputError
 from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.profiles import describe
 from hhrl_envs.scenario import Scenario
-from hhrl_envs.stepping import advance_rows, bad_action, begin_rows
+from hhrl_envs.stepping import advance_rows, bad_action
 
 
 class Simulator:
@@ -81,6 +83,7 @@ class Simulator:
         """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""
         self._batch.keys[SEED] = _as_keys(seeds, self.num_rows)
         self._batch.keys[EPISODE] = 0
+        self._results = new_results(1, self.num_rows)
         self._begin(np.ones(self.num_rows, np.bool_))
 
     def reset_done(self) -> None:
@@ -92,6 +95,7 @@ class Simulator:
         self._require_reset()
         self._batch.keys[EPISODE, chosen] += np.uint64(1)
         if chosen.any():
+            self._results = self._results.copied()
             self._begin(chosen)
 
     def step(self, actions: ArrayLike, *, autoreset: bool = False) -> None:
@@ -101,12 +105,13 @@ class Simulator:
         """
         self._require_reset()
         chosen, before, after = self._checked(actions), self._results.ended, new_results(1, self.num_rows)
-        fixed = (self._batch, chosen, before, after, self.scenario.feasible_only, autoreset)
-        if self._pool is None:
-            advance_rows(*fixed, 0, self.num_rows)
-        else:
-            list(self._pool.map(lambda part: advance_rows(*fixed, *part), self._slices))
+        self._each_slice(advance_rows, self._batch, chosen, before, after)
         self._results = after
+        if autoreset:
+            over = before[0] != RUNNING
+            if over.any():
+                self._batch.keys[EPISODE, over] += np.uint64(1)
+                self._begin(over)
 
     def vehicles(self, row: int) -> Floats:
         """Return position [m], speed [m/s], acceleration [m/s^2] of the vehicles of one row, float64 [V, 3].
@@ -136,12 +141,17 @@ class Simulator:
         return present
 
     def _begin(self, chosen: NDArray[np.bool_]) -> None:
-        self._results = self._results.copied()
-        begin_rows(self._batch, chosen, self._results, self.scenario.feasible_only)
+        self._each_slice(begin_rows, self._batch, chosen, self._results, self.scenario.feasible_only)
         if self.scenario.feasible_only and not self.feasible[chosen].all():
             hint = "widen its gaps or set feasible_only=False"
             raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
         self._ready = True
+
+    def _each_slice(self, kernel: Callable[..., None], *arguments: object) -> None:
+        if self._pool is None:
+            kernel(*arguments, 0, self.num_rows)
+        else:
+            list(self._pool.map(lambda part: kernel(*arguments, *part), self._slices))
 
     def _checked(self, actions: ArrayLike) -> Ints:
         given, levels = np.asarray(actions), self.scenario.num_actions

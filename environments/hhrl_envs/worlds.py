@@ -49,11 +49,13 @@ def draw_profile(profile: Floats, k: int, i: int, key: np.uint64, families: Floa
 @kernel
 def clear_slot(state: Floats, profile: Floats, k: int, i: int) -> None:
     """Send slot ``k`` of row ``i`` far down the road, where it drives on without meeting anyone or anything."""
-    state[:, k, i] = 0.0
+    for field in range(layout.STATE_SIZE):
+        state[field, k, i] = 0.0
+    for field in range(layout.PROFILE_SIZE):
+        profile[field, k, i] = 1.0
     state[layout.POSITION, k, i] = FAR * (k + 1)
     state[layout.LINE, k, i] = FAR * FAR
     state[layout.NEXT_SLOW, k, i] = FAR * FAR
-    profile[:, k, i] = 1.0
 
 
 @kernel
