@@ -11,7 +11,7 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.files import write_atomically
 from hhrl_bench.loading import load_agents
 from hhrl_bench.provenance import provenance
-from hhrl_bench.records import SCHEMA_VERSION, LeaderboardRecord, ResultRecord
+from hhrl_bench.records import SCHEMA_VERSION, LeaderboardRecord, ResultRecord, first_problem
 from hhrl_bench.results import BOOTSTRAP_SEED, evaluate_agent, task_record
 from hhrl_bench.statistics import CONFIDENCE
 from hhrl_bench.suite import Suite, units
@@ -74,11 +74,4 @@ def read(path: Path) -> LeaderboardRecord:
     try:
         return LeaderboardRecord.model_validate_json(data)
     except ValidationError as error:
-        raise RecordError(f"{path} is no leaderboard: {_first(error)}") from error
-
-
-def _first(error: ValidationError) -> str:
-    problems = error.errors(include_url=False, include_input=False, include_context=False)
-    where = ".".join(str(part) for part in problems[0]["loc"])
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{where + ': ' if where else ''}{problems[0]['msg']}{more}"
+        raise RecordError(f"{path} is no leaderboard: {first_problem(error)}") from error

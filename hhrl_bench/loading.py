@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,29 +10,30 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 
+from pydantic import ValidationError
+
 import hhrl_agents
 from hhrl_agents import METHODS, RULES, Agent
 from hhrl_bench.errors import AgentError
 from hhrl_bench.players import guarded
+from hhrl_bench.records import TrainingRecord, first_problem
 from hhrl_bench.tasks import Task, get_task
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs.extras import require
 
 SHIPPED = Path(hhrl_agents.__file__).parent / "trained"
-CHECKPOINTS = "seed-[0-9]*.safetensors"
 
 Kind = Literal["rule", "learned", "factory"]
 
 
 @dataclass(frozen=True)
 class LoadedAgent:
-    """An agent ready to play; a learned one with its training seed, its checkpoint's sha256 and metadata."""
+    """An agent ready to play; a learned one with its checkpoint's sha256 and training."""
 
     kind: Kind
     agent: Agent
-    seed: int | None = None
     sha256: str | None = None
-    metadata: Mapping[str, Any] | None = None
+    training: TrainingRecord | None = None
 
 
 def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
@@ -83,11 +85,13 @@ def _load_directory(folder: Path, scenario: Scenario) -> list[LoadedAgent]:
     paths = _checkpoints(folder)
     if not paths:
         raise AgentError(f"{folder} holds no seed-<k>.safetensors; name a folder that hhrl-bench train has filled")
-    return sorted((_load_checkpoint(path, scenario) for path in paths), key=lambda loaded: loaded.seed or 0)
+    return [_load_checkpoint(path, scenario) for path in paths]
 
 
 def _checkpoints(folder: Path) -> list[Path]:
-    return [path for path in folder.glob(CHECKPOINTS) if not path.name.endswith(".final.safetensors")]
+    """Return the chosen checkpoints in a folder, lowest seed first."""
+    named = ((re.fullmatch(r"seed-([0-9]+)\.safetensors", path.name), path) for path in folder.glob("seed-*"))
+    return [path for _, path in sorted((int(match[1]), path) for match, path in named if match)]
 
 
 def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
@@ -97,7 +101,15 @@ def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
     agent = checkpoints.load(path)
     _require_fit(agent.metadata, scenario, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return LoadedAgent("learned", agent, int(agent.metadata["seed"]), digest, agent.metadata)
+    return LoadedAgent("learned", agent, digest, _training(agent.metadata, path))
+
+
+def _training(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:
+    data = {name: metadata.get(name) for name in TrainingRecord.model_fields}
+    try:
+        return TrainingRecord.model_validate(data)
+    except ValidationError as error:
+        raise AgentError(f"{path} says of its training what cannot be: {first_problem(error)}") from error
 
 
 def _require_fit(metadata: Mapping[str, Any], scenario: Scenario, path: Path) -> None:

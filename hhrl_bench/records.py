@@ -6,7 +6,7 @@ two runs of a command (clock, machine, versions) stands in the ``provenance`` bl
 
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
 
 from hhrl_bench.statistics import IntervalKind
 
@@ -72,6 +72,7 @@ class RunMetricsRecord(Record):
 class TrainingRecord(Record):
     """Where a checkpoint comes from: ``env_steps`` done when it was taken, of a budget of ``budget`` steps."""
 
+    seed: Count
     method: Name
     config_hash: Name
     scenario: Name
@@ -84,7 +85,6 @@ class TrainingRecord(Record):
 class RunRecord(Record):
     """One evaluated policy: the only one of a rule, or one training seed of a learned method."""
 
-    seed: Count | None
     checkpoint_sha256: Sha256 | None
     training: TrainingRecord | None
     episodes_sha256: Sha256
@@ -104,7 +104,7 @@ class ResultRecord(Record):
     @property
     def seeds(self) -> tuple[int, ...]:
         """The training seeds of the runs; none for agents that are not trained."""
-        return tuple(run.seed for run in self.runs if run.seed is not None)
+        return tuple(run.training.seed for run in self.runs if run.training)
 
 
 class TaskRecord(Record):
@@ -172,3 +172,11 @@ class LeaderboardRecord(Record):
             if names.count((task, agent)) > 1:
                 raise ValueError(f"{agent} has two results on {task}; keep one")
         return self
+
+
+def first_problem(error: ValidationError) -> str:
+    """Return, in one line, where a record is wrong first, and what is wrong there."""
+    problems = error.errors(include_url=False, include_input=False, include_context=False)
+    where = ".".join(str(part) for part in problems[0]["loc"])
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    return f"{where + ': ' if where else ''}{problems[0]['msg']}{more}"

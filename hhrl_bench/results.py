@@ -1,7 +1,6 @@
 """Results: the runs of one agent on one task, and what they come to."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from hhrl_bench.records import (
     RunMetricsRecord,
     RunRecord,
     TaskRecord,
-    TrainingRecord,
 )
 from hhrl_bench.statistics import CONFIDENCE, Estimate, bootstrap_mean, wilson
 from hhrl_bench.tasks import Task
@@ -104,18 +102,8 @@ def _metric_record(estimate: Estimate) -> MetricRecord:
 
 def _run_record(loaded: LoadedAgent, records: EpisodeRecords) -> RunRecord:
     return RunRecord(
-        seed=loaded.seed,
         checkpoint_sha256=loaded.sha256,
-        training=None if loaded.metadata is None else _training_record(loaded.metadata),
+        training=loaded.training,
         episodes_sha256=records.digest(),
         metrics=RunMetricsRecord.model_validate(finite(means(records))),
-    )
-
-
-def _training_record(metadata: Mapping[str, Any]) -> TrainingRecord:
-    return TrainingRecord(
-        **{name: metadata[name] for name in ("method", "config_hash", "scenario", "spec_hash")},
-        env_steps=int(metadata["env_steps"]),
-        budget=metadata.get("budget"),
-        command=metadata.get("command"),
     )

@@ -61,7 +61,7 @@ def refused(source: str) -> str:
 @pytest.mark.parametrize("rule", RULES)
 def test_a_rule_is_one_agent_without_a_seed(rule: str) -> None:
     (loaded,) = load_agents(rule, SCENARIO)
-    assert (loaded.kind, loaded.seed, loaded.sha256, loaded.metadata) == ("rule", None, None, None)
+    assert (loaded.kind, loaded.sha256, loaded.training) == ("rule", None, None)
 
 
 def test_a_factory_in_the_current_folder_is_called_with_the_scenario(folder: Path) -> None:

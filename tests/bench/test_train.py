@@ -1,0 +1,229 @@
+"""Training, end to end on a tiny budget: run directories, the choice of checkpoints, and what they can be played in."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from typer.testing import CliRunner, Result  # noqa: E402
+
+from hhrl_agents.learned import LearnedAgent  # noqa: E402
+from hhrl_agents.learners import Learner  # noqa: E402
+from hhrl_bench import train as training  # noqa: E402
+from hhrl_bench.cli import app  # noqa: E402
+from hhrl_bench.errors import AgentError, OutputError  # noqa: E402
+from hhrl_bench.evaluation import play as really_play  # noqa: E402
+from hhrl_bench.loading import load_agents  # noqa: E402
+from hhrl_bench.records import EvaluationRecord  # noqa: E402
+from hhrl_bench.tasks import get_task  # noqa: E402
+from hhrl_envs import Scenario, get_scenario  # noqa: E402
+
+TASK = get_task("stop-line-v0")
+SCENARIO = get_scenario(TASK.scenario)
+STEPS = 2400  # past the warm-up, so that gradient steps are taken
+FILES = {
+    "config.json",
+    "provenance-seeds-0,2.json",
+    *(
+        f"{name}"
+        for k in (0, 2)
+        for name in (f"curve-seed-{k}.jsonl", f"seed-{k}.safetensors", f"seed-{k}.final.safetensors")
+    ),
+}
+
+
+def plan(folder: Path, method: str = "ddqn", seeds: tuple[int, ...] = (0, 2)) -> training.Plan:
+    return training.Plan(method, TASK, seeds, STEPS, folder)
+
+
+def cli(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_validation() -> Any:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(training, "VALIDATION_EPISODES", 16)
+        yield
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run of two seeds of the flat method."""
+    folder = tmp_path_factory.mktemp("runs") / "ddqn"
+    list(training.train(plan(folder)))
+    return folder
+
+
+def test_the_command_trains_and_its_run_can_be_evaluated(tmp_path: Path) -> None:
+    folder = tmp_path / "runs" / "hybrid-hrl"
+    trained = cli("train", "hybrid-hrl", "--seeds", "0,2", "--env-steps", str(STEPS), "--out", str(folder))
+    assert trained.exit_code == 0, trained.stderr
+    assert trained.stdout == f"{folder}\n"
+    assert "2,400 of 2,400 validation success" in trained.stderr
+    assert {path.name for path in folder.iterdir()} == FILES
+    evaluated = cli("evaluate", str(folder), "--episodes", "25", "--json")
+    result = EvaluationRecord.model_validate_json(evaluated.stdout).result
+    assert (result.kind, result.seeds) == ("learned", (0, 2))
+    assert result.metrics.success.interval == "bootstrap-seeds"
+    assert (result.metrics.steps.n, result.metrics.return_option.n) == (2, 2)
+    for record in result.runs:
+        assert record.training is not None
+        assert record.training.method == "hybrid-hrl"
+        assert record.training.budget == record.training.env_steps == STEPS
+        assert record.training.command == "hhrl-bench train hybrid-hrl --task stop-line-v0 --seeds 0,2 --env-steps 2400"
+
+
+def test_curves_are_json_lines_with_validation(run: Path) -> None:
+    for seed in (0, 2):
+        rows = [json.loads(line) for line in (run / f"curve-seed-{seed}.jsonl").read_text().splitlines()]
+        assert [row["env_steps"] for row in rows] == [STEPS]
+        assert rows[-1]["updates"] > 0
+        assert rows[-1]["losses"]["action"] > 0
+        rates = [rows[-1]["validation"][key] for key in ("collision", "not_stop", "timeout", "success")]
+        assert sum(rates) == pytest.approx(1.0)
+
+
+def test_the_same_training_again_learns_the_same(run: Path, tmp_path: Path) -> None:
+    list(training.train(plan(tmp_path)))
+    for seed in (0, 2):
+        assert (tmp_path / f"curve-seed-{seed}.jsonl").read_text() == (run / f"curve-seed-{seed}.jsonl").read_text()
+    for ours, theirs in zip(load_agents(run, SCENARIO), load_agents(tmp_path, SCENARIO), strict=True):
+        assert isinstance(ours.agent, LearnedAgent)
+        assert isinstance(theirs.agent, LearnedAgent)
+        assert ours.agent.metadata == theirs.agent.metadata
+        for name, value in ours.agent.parameters.items():
+            assert torch.equal(value, theirs.agent.parameters[name])
+
+
+def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
+    said = cli("evaluate", str(run), "--episodes", "10").stdout
+    assert "bootstrap over 2 training seeds" in said
+    assert said.count("\N{EN DASH}") == 2
+
+
+def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    learned, validated = [], []
+
+    class Watched(Learner):
+        def __init__(self, *arguments: Any) -> None:
+            learned.append(arguments[-1])
+            super().__init__(*arguments)
+
+    def play(agent: LearnedAgent, scenario: Scenario, seeds: np.ndarray[Any, Any], **kwargs: Any) -> Any:
+        validated.append(seeds)
+        return really_play(agent, scenario, seeds, **kwargs)
+
+    monkeypatch.setattr(training, "Learner", Watched)
+    monkeypatch.setattr(training, "play", play)
+    list(training.train(plan(tmp_path)))
+    (worlds,) = learned
+    assert len(np.unique(worlds)) == worlds.size
+    assert TASK.train.start <= worlds.min()
+    assert worlds.max() < TASK.train.start + TASK.train.size
+    assert len(validated) == 2
+    for seeds in validated:
+        assert seeds.tolist() == [TASK.validation.start + i for i in range(16)]
+
+
+def test_a_seeds_worlds_do_not_depend_on_what_it_is_stacked_with(tmp_path: Path) -> None:
+    alone, stacked = (training._world_seeds(plan(tmp_path, seeds=seeds), 16) for seeds in ((2,), (0, 2)))
+    assert alone.tolist() == stacked[1:].tolist()
+
+
+@pytest.mark.parametrize(
+    ("reports", "best"),
+    [
+        ([(0.5, 0.2, 1.0), (0.6, 0.4, 0.0)], 1),
+        ([(0.6, 0.2, 1.0), (0.6, 0.1, 0.0)], 1),
+        ([(0.6, 0.2, 1.0), (0.6, 0.2, 2.0), (0.5, 0.0, 9.0)], 1),
+        ([(0.6, 0.2, 1.0), (0.6, 0.2, 1.0)], 0),
+    ],
+)
+def test_the_best_policy_has_more_successes_then_fewer_collisions_then_more_reward(
+    run: Path, reports: Sequence[tuple[float, float, float]], best: int
+) -> None:
+    (agent, *_) = load_agents(run, SCENARIO)
+    assert isinstance(agent.agent, LearnedAgent)
+    policies = [LearnedAgent(agent.agent.method, SCENARIO, agent.agent.parameters, {}) for _ in reports]
+    seed_run = training.SeedRun(0)
+    for (success, collision, reward), policy in zip(reports, policies, strict=True):
+        row = {"validation": {"success": success, "collision": collision, "return_task": reward}}
+        training._keep(seed_run, row, policy)
+    assert seed_run.best is policies[best]
+    assert seed_run.best_row is seed_run.curve[best]
+    assert len(seed_run.curve) == len(reports)
+
+
+def test_a_run_directory_keeps_what_it_holds(run: Path) -> None:
+    before = {path.name: path.read_bytes() for path in run.iterdir()}
+    for other, said in (
+        (plan(run, seeds=(1, 2)), "holds seed 2 already"),
+        (replace(plan(run, seeds=(7,)), env_steps=STEPS + 1), "holds a run of another configuration"),
+        (plan(run, method="hybrid-hrl", seeds=(7,)), "holds a run of another configuration"),
+    ):
+        with pytest.raises(OutputError, match=said):
+            next(training.train(other))
+    assert {path.name: path.read_bytes() for path in run.iterdir()} == before
+
+
+def test_a_killed_training_leaves_no_checkpoint_and_may_be_started_again(tmp_path: Path) -> None:
+    reports = training.train(plan(tmp_path, seeds=(0,)))
+    next(reports)
+    reports.close()  # type: ignore[attr-defined]
+    assert {path.name for path in tmp_path.iterdir()} == {"config.json", "curve-seed-0.jsonl"}
+    list(training.train(plan(tmp_path, seeds=(0,))))
+    assert (tmp_path / "seed-0.safetensors").exists()
+
+
+def test_training_leaves_the_number_of_torch_threads_as_it_was(tmp_path: Path) -> None:
+    before = torch.get_num_threads()
+    torch.set_num_threads(2)
+    threads = [torch.get_num_threads() for _ in training.train(plan(tmp_path, seeds=(0,)))]
+    assert threads == [1]
+    assert torch.get_num_threads() == 2
+    torch.set_num_threads(before)
+
+
+def test_a_checkpoint_plays_in_another_scenario(run: Path) -> None:
+    other = replace(SCENARIO, id="stop-line-other-v0", horizon=300)
+    assert [loaded.training.seed for loaded in load_agents(run, other) if loaded.training] == [0, 2]
+
+
+def test_a_checkpoint_of_another_version_of_the_scenario_is_refused_with_both_hashes(run: Path) -> None:
+    changed = replace(SCENARIO, horizon=300)
+    with pytest.raises(AgentError) as caught:
+        load_agents(run / "seed-0.safetensors", changed)
+    assert SCENARIO.spec_hash in str(caught.value)
+    assert changed.spec_hash in str(caught.value)
+
+
+def test_a_checkpoint_of_another_interface_is_refused(run: Path) -> None:
+    changed = replace(SCENARIO, id="other-v0", vehicle=replace(SCENARIO.vehicle, levels=(-4.0, 0.0, 2.0)))
+    with pytest.raises(AgentError, match="interface hash"):
+        load_agents(run, changed)
+
+
+@pytest.mark.parametrize("size", [0, 7, 8, 100, -1])
+def test_a_truncated_checkpoint_is_refused_in_one_line(run: Path, tmp_path: Path, size: int) -> None:
+    path = tmp_path / "short.safetensors"
+    path.write_bytes((run / "seed-0.safetensors").read_bytes()[:size])
+    result = cli("evaluate", str(path))
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "short.safetensors" in result.stderr
+
+
+def test_a_checkpoint_that_lies_about_its_training_is_refused(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (loaded, _) = load_agents(run, SCENARIO)
+    assert isinstance(loaded.agent, LearnedAgent)
+    monkeypatch.setitem(loaded.agent.metadata, "seed", "seven")
+    monkeypatch.setattr("hhrl_agents.checkpoints.load", lambda _: loaded.agent)
+    with pytest.raises(AgentError, match="seed: Input should be a valid integer"):
+        load_agents(run / "seed-0.safetensors", SCENARIO)
