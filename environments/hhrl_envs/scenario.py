@@ -269,8 +269,8 @@ class Scenario:
 
     @property
     def spec_hash(self) -> str:
-        """The SHA-256 of the scenario's data: equal hashes mean equal worlds."""
-        return _digest(asdict(self))
+        """The SHA-256 of the scenario's data: equal hashes mean equal worlds. A part that is None does not count."""
+        return _digest({part: value for part, value in asdict(self).items() if value is not None})
 
     @property
     def interface_hash(self) -> str:

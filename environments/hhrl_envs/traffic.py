@@ -18,6 +18,7 @@ HARDEST_DECEL = 9.0  # m/s^2; what a scripted vehicle brakes with at most on a d
 GUARD_MARGIN = 0.5  # m; what the safe-speed bound keeps free
 ARRIVED = 1.5  # m; a standing vehicle this near to its stop position has arrived at it
 RELEASE = 0.3  # a braking vehicle that needs less than this share of its line_decel drives on towards the line
+STANDSTILL = 0.01  # m/s; slower is standing, else IDM would creep for ever, down to denormal speeds
 CLOSEST = 0.1  # m; floor of distances in denominators
 
 
@@ -119,7 +120,8 @@ def drive_slot(state: Floats, profile: Floats, k: int, c: Floats, low: int, high
         held = (v == 0.0) & (dwelling | (standing < profile[layout.START_DELAY, k, i]))
         a = 0.0 if held else max(a, -hardest)
 
-        moved = max(min(v + a * dt, safe_speed(v, gap, v_leader, dt, hardest)), 0.0)
+        moved = min(v + a * dt, safe_speed(v, gap, v_leader, dt, hardest))
+        moved = moved if moved >= STANDSTILL else 0.0
         state[layout.POSITION, k, i] = x + 0.5 * (v + moved) * dt
         state[layout.SPEED, k, i] = moved
         state[layout.ACCEL, k, i] = (moved - v) * per_dt

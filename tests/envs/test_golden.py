@@ -4,17 +4,17 @@ from hhrl_envs import SCENARIOS, get_scenario
 from hhrl_envs.golden import trajectory_digest
 
 GOLDEN = {
-    "stop-line-v0": "97acb9ae2a5fbcbdf9b20ea20e0ab73a122a3cf19403bb8b10e3dbd989990e68",
-    "stop-line-heldout-v0": "11a61ded2736debd12149d1a3981617d8422b0654c4e52d7e60b18b34835e83e",
-    "stop-line-dense-v0": "547f42d85136bafaaae5a75ad53620eefce520c0fc4cdbb1b246399e301d9fee",
-    "stop-line-erratic-v0": "fa400b8b4b575d33d476edde963bef2439125737f32ccb0fb8813e5113cadf9f",
-    "stop-line-wet-v0": "87cc53ee30ce735a7c9c12e72d0f64c3a4cbd71dcf8f66b98da6fc8379b342fe",
-    "stop-line-noisy-v0": "5218bff2331c47cbb32bca438f7cc90d0f3205c1ebb66ee1b8e32df9a7446e6b",
-    "follow-v0": "1044d02530642cfadd4d48b8183af680616bb2880a11d88c34e0b842c3b29b66",
+    "stop-line-v0": "ffbf605cf3975248f2669a63c5a8efb2396c7dbe376bd9373e1fb424971ec2ea",
+    "stop-line-heldout-v0": "32d9151bd95da9fb1c1f9eed12fbf80cba571c753171fe16ccd6d8092721dfb9",
+    "stop-line-dense-v0": "ce618276709cfd74eaa100d190e00c3748692bb41c077001e520423eaacedbd5",
+    "stop-line-erratic-v0": "120405a8e896125f38487358fe61201099efab887ff6a00ed05e067fa68c4ce6",
+    "stop-line-wet-v0": "a22f9bc4cc5ee1d6102b1b8d51f32e6efd294f50334299359a12741297c48c6f",
+    "stop-line-noisy-v0": "ec83cf21a5a91f06546b439369a9ebfe97dba797d2207e040ceeac03aa1c8873",
+    "follow-v0": "bf5e0fdf21621e2b383ee975211f4536e6d1b6b9d2b01e2dc8364ec4fe6ca1b4",
     "solo-stop-v0": "3a97cc54ead1f3044f93703e325221e2363cef1943ef18367d967dd7f38ec261",
-    "red-light-v0": "63a223c22a5e8a877a071821eb10eb39a1f5d76f3653a4cdae157d86ecb89bef",
-    "stop-and-go-v0": "18e42626daf39a9b44dad7f14e31a5e0a330b6ecc6a8ba655b6281570f91d4d5",
-    "two-stops-v0": "d27a352ef5f02bb32dd0254829721508e910a6cb6e7e36f1d7a50f217a5cd677",
+    "red-light-v0": "20136fccdd20bb17c91db91654a430d4621808a4ce30dd7f279a93c141d3483e",
+    "stop-and-go-v0": "baf5be4dc3a3ac2c2fff7b151e07b54668bdf2000a7f34389a8eb8cb2740c15b",
+    "two-stops-v0": "f1fd779b5666d2e7d6afd4413b50e74fbf28f41dcc539feea7fd7c1dc5907135",
 }
 
 
