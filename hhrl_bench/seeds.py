@@ -12,7 +12,7 @@ from hhrl_bench.errors import SeedError
 
 RANGE_SIZE = 10**9
 MAX_TRAINING_SEED = 999
-MAX_COUNT = 10**6
+MAX_COUNT = 10**5
 
 UInt64Array = NDArray[np.uint64]
 
@@ -29,7 +29,7 @@ class SeedRange:
         """Return the world seeds ``start + offset + i`` for i in 0 .. count - 1, uint64 [count].
 
         Raises:
-            SeedError: if that is none, more than a million, or runs past the range.
+            SeedError: if that is none, more than 100,000, or runs past the range.
         """
         if not 1 <= count <= MAX_COUNT:
             raise SeedError(f"cannot take {count} {self.name} seeds; ask for 1 to {MAX_COUNT}")

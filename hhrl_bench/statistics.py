@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 CONFIDENCE = 0.95
 RESAMPLES = 9999
+DRAWS_AT_ONCE = 10**6
 
 IntervalKind = Literal["wilson-episodes", "bootstrap-episodes", "bootstrap-seeds", "none"]
 FloatArray = NDArray[np.float64]
@@ -44,7 +45,13 @@ def bootstrap_mean(values: FloatArray, rng: np.random.Generator, kind: IntervalK
     if n < 2 or math.isnan(mean):
         return Estimate(mean, math.nan, math.nan, iqm, n, "none")
     bounds = bootstrap(
-        (values,), np.mean, n_resamples=RESAMPLES, batch=500, confidence_level=CONFIDENCE, method="percentile", rng=rng
+        (values,),
+        np.mean,
+        n_resamples=RESAMPLES,
+        batch=max(1, DRAWS_AT_ONCE // n),
+        confidence_level=CONFIDENCE,
+        method="percentile",
+        rng=rng,
     ).confidence_interval
     return Estimate(mean, float(bounds.low), float(bounds.high), iqm, n, kind)
 

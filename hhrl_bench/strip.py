@@ -51,8 +51,8 @@ def _draw_speeds(canvas: Canvas, moments: Sequence[Moment], top: int) -> None:
 def _draw_distances(canvas: Canvas, moments: Sequence[Moment], top: int) -> None:
     times = _times(moments)
     gaps = [nan if moment.d_f is None else moment.d_f for moment in moments]
-    to_line = [max(moment.d_d, 0.0) for moment in moments]
-    chart = Chart(canvas, top, _CHART, times[-1], max(to_line[0], np.nanmax([*gaps, 0.0])))
+    to_line = [nan if moment.d_d is None else max(moment.d_d, 0.0) for moment in moments]
+    chart = Chart(canvas, top, _CHART, times[-1], float(np.nanmax([*to_line, *gaps, 0.0])))
     chart.frame("m", (("d_d, to the stop-line", ORANGE), ("d_f, to the front vehicle", GREEN)))
     chart.line(list(zip(times, gaps, strict=True)), GREEN)
     chart.line(list(zip(times, to_line, strict=True)), ORANGE)

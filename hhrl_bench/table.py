@@ -88,10 +88,11 @@ def _cell(column: Column, result: ResultRecord, *, intervals: bool) -> Text:
 
 def _paper_cell(column: Column, row: PaperRow, *, intervals: bool) -> Text:
     value = getattr(row, column.key)
+    printed = column._replace(digits=0) if isinstance(value, int) else column
     if not column.percent:
-        return _text(column, value, None, None, intervals=intervals)
+        return _text(printed, value, None, None, intervals=intervals)
     estimate = wilson(value, CASES)
-    return _text(column, estimate.mean, estimate.low, estimate.high, intervals=intervals)
+    return _text(printed, estimate.mean, estimate.low, estimate.high, intervals=intervals)
 
 
 def _text(column: Column, mean: float, low: float | None, high: float | None, *, intervals: bool) -> Text:
@@ -115,7 +116,7 @@ def _caption(results: Sequence[ResultRecord], *, intervals: bool) -> str:
     if not intervals:
         return f"Means an episode. {paper}.\nA wider terminal shows 95% intervals."
     seeds = sorted({len(result.runs) for result in results if len(result.runs) > 1})
-    notes = [f"bootstrap over {' or '.join(map(str, seeds))} training seeds"] if seeds else []
+    notes = [f"bootstrap over the {' or '.join(map(str, seeds))} training seeds"] if seeds else []
     if any(len(result.runs) == 1 for result in results):
-        notes.append("of a single policy Wilson (rates) and bootstrap over episodes (means)")
+        notes.append("for a single policy Wilson (rates) and bootstrap over episodes (means)")
     return f"Means an episode. 95% intervals: {'; '.join(notes)}.\n{paper}, Wilson."

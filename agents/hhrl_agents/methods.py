@@ -2,8 +2,9 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from hhrl_envs.errors import InputError
 
@@ -25,7 +26,8 @@ class LearnerConfig:
         gamma: discount of one step.
         reward_scale: what rewards are multiplied with before learning.
         exploration_share: share of the budget over which epsilon falls from 1 to `final_epsilon`.
-        final_epsilon: chance of a random option, and of a random action, after that.
+        final_epsilon: share of steps with a random option, and of steps with a random action, after that.
+        exploration_hold: steps for which a random choice is held at most (1: plain epsilon-greedy).
         timeout: "truncation" bootstraps through the time limit and leaves the timeout penalty out of the target;
             "terminal" is the paper's literal reading.
         priority: p^a of the hierarchical prioritised replay. "clip" is max(|delta_a| - |delta_o|, 0) of scaled errors,
@@ -48,6 +50,7 @@ class LearnerConfig:
     reward_scale: float = 0.05
     exploration_share: float = 0.3
     final_epsilon: float = 0.02
+    exploration_hold: int = 20
     timeout: Literal["truncation", "terminal"] = "truncation"
     priority: Literal["clip", "shift"] = "clip"
     priority_exponent: float = 0.6
@@ -56,7 +59,7 @@ class LearnerConfig:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        counts = ("n_envs", "steps_per_update", "batch_size", "target_interval", "report_every")
+        counts = ("n_envs", "steps_per_update", "batch_size", "target_interval", "exploration_hold", "report_every")
         for name in counts:
             self._require(name, getattr(self, name) >= 1, "a whole number, at least 1")
         for name in ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale"):
@@ -102,6 +105,20 @@ class Method:
     @property
     def config_hash(self) -> str:
         """The SHA-256 of the method's data without its id: equal hashes learn the same from the same seeds."""
+        return hashlib.sha256(json.dumps(self.data(), sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+    def data(self) -> dict[str, Any]:
+        """Return the method without its id as JSON data."""
         data = asdict(self)
         del data["id"]
-        return hashlib.sha256(json.dumps(data, sort_keys=True, allow_nan=False).encode()).hexdigest()
+        return data
+
+    @classmethod
+    def from_data(cls, method_id: str, data: Mapping[str, Any]) -> "Method":
+        """Return the method of this id and `data`, the inverse of `data`.
+
+        Raises:
+            TypeError: if an entry is not known; InputError: if a value is not allowed.
+        """
+        config = {**data["config"], "hidden": tuple(data["config"]["hidden"])}
+        return cls(method_id, **{**data, "config": LearnerConfig(**config)})

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hhrl_envs.layout import FAR
 from hhrl_envs.options import Option
 from hhrl_envs.outcomes import Outcome
 from hhrl_envs.scenario import Scenario
@@ -13,18 +14,22 @@ from hhrl_envs.simulator import Simulator
 
 @dataclass(frozen=True)
 class Moment:
-    """What one picture shows; ``vehicles``, float64 [V, 3], is as ``Simulator.vehicles`` returns it."""
+    """What one picture shows; ``vehicles``, float64 [V, 3], is as ``Simulator.vehicles`` returns it.
+
+    ``line`` is the position of the active stop-line in metres, None where there is none.
+    """
 
     scenario: Scenario
     vehicles: NDArray[np.float64]
+    line: float | None
     time: float
     outcome: Outcome
     option: Option | None
 
     @property
-    def d_d(self) -> float:
-        """The distance from the ego to the stop-line in metres, negative past it."""
-        return -float(self.vehicles[0, 0])
+    def d_d(self) -> float | None:
+        """The distance from the ego to the active stop-line in metres, negative past it, None where there is none."""
+        return None if self.line is None else self.line - float(self.vehicles[0, 0])
 
     @property
     def d_f(self) -> float | None:
@@ -37,10 +42,11 @@ class Moment:
 
 def moment_of(simulator: Simulator, row: int = 0, option: int | None = None) -> Moment:
     """Return the present moment of one row; ``option`` is the selected sub-goal, None or -1 for a flat agent."""
-    scenario = simulator.scenario
+    scenario, line = simulator.scenario, simulator.active_line(row)
     return Moment(
         scenario=scenario,
         vehicles=simulator.vehicles(row),
+        line=line if line < FAR else None,
         time=float(simulator.steps[row]) * scenario.dt,
         outcome=Outcome(int(simulator.outcomes[row])),
         option=None if option is None or option < 0 else Option(option),

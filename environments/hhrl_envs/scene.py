@@ -1,6 +1,6 @@
 """What a frame shows and where: header, road, vehicles, the two distances, and the read-out."""
 
-from math import isnan
+from math import inf, isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from hhrl_envs.drawing import (
     Colour,
     mix,
 )
+from hhrl_envs.goals import Goal
 from hhrl_envs.moments import Moment
 from hhrl_envs.options import Option
 from hhrl_envs.outcomes import Outcome
@@ -76,9 +77,10 @@ def draw_header(canvas: Canvas, moment: Moment) -> None:
 
 
 def _x(moment: Moment, position: float) -> float:
-    """Return the pixel column of a position; start and line are both in view, unless the ego is far from the line."""
-    ego = -moment.d_d
-    left = max(min(ego - 13.0, -97.0), ego - 0.9 * _VIEW)
+    """Return the pixel column of a position: ego and active line are in view, and the road stands still if it can."""
+    ego, lines = float(moment.vehicles[0, 0]), moment.scenario.road.lines
+    ahead = moment.line if moment.line is not None else lines[-1] if lines else inf
+    left = max(min(ego - 13.0, ahead - 97.0), ego - (0.6 if moment.line is None else 0.9) * _VIEW)
     return (position - left) * _SCALE
 
 
@@ -88,13 +90,28 @@ def _draw_road(canvas: Canvas, moment: Moment) -> None:
     canvas.rect(0, _ROAD_Y - edge, WIDTH, 2 * edge, _ASPHALT)
     for y in (_ROAD_Y - half, _ROAD_Y + half):
         canvas.rect(0, y - 0.75, WIDTH, 1.5, PALE)
-    for metres in range(0, 500, 10):
-        canvas.rect(_x(moment, -metres), _ROAD_Y + edge - 4, 1, 4, PALE)
-    zone, line = _x(moment, -moment.scenario.road.stop_zone), _x(moment, 0.0)
-    share = 0.95 if moment.option is Option.SSL else 0.35
-    canvas.rect(zone, _ROAD_Y - half + 2, line - zone, 2 * half - 4, mix(ORANGE, _ASPHALT, share))
-    canvas.rect(line, _ROAD_Y - half, 0.5 * _SCALE, 2 * half, WHITE)
-    canvas.text(line + 8, 144, "stop-line", 18, GREY)
+    for metres in range(-500, 1000, 10):
+        canvas.rect(_x(moment, metres), _ROAD_Y + edge - 4, 1, 4, PALE)
+    for line in moment.scenario.road.lines:
+        _draw_line(canvas, moment, line, half)
+    if moment.scenario.goal is Goal.PASS:
+        end = _x(moment, moment.scenario.route_end)
+        canvas.rect(end, _ROAD_Y - half, 2, 2 * half, GREEN)
+        canvas.text(end + 8, 144, "end of route", 18, GREY)
+
+
+def _draw_line(canvas: Canvas, moment: Moment, line: float, half: float) -> None:
+    x, zone = _x(moment, line), moment.scenario.road.stop_zone * _SCALE
+    active = line == moment.line
+    if active:
+        share = 0.95 if moment.option is Option.SSL else 0.35
+        canvas.rect(x - zone, _ROAD_Y - half + 2, zone, 2 * half - 4, mix(ORANGE, _ASPHALT, share))
+    canvas.rect(x, _ROAD_Y - half, 0.5 * _SCALE, 2 * half, WHITE if active else GREY)
+    name = "stop-line"
+    if moment.scenario.signal is not None:
+        name = "red light" if active else "green light"
+        canvas.rect(x, _ROAD_Y + half + 12, 12, 12, VERMILLION if active else GREEN, radius=6)
+    canvas.text(x + 8, 144, name, 18, GREY)
 
 
 def _draw_vehicle(canvas: Canvas, moment: Moment, slot: int) -> None:
@@ -125,7 +142,7 @@ def _draw_car(canvas: Canvas, front: float, length: float, colour: Colour, braki
 
 
 def _draw_distances(canvas: Canvas, moment: Moment) -> None:
-    ego = _x(moment, -moment.d_d)
+    ego = _x(moment, float(moment.vehicles[0, 0]))
     for y, option, name, distance in (
         (123, Option.FFV, "d_f", moment.d_f),
         (144, Option.SSL, "d_d", moment.d_d),
@@ -143,13 +160,12 @@ def _draw_distances(canvas: Canvas, moment: Moment) -> None:
 
 def _draw_read_out(canvas: Canvas, moment: Moment) -> None:
     _, speed, accel = (float(value) for value in moment.vehicles[0])
-    gap = "none" if moment.d_f is None else f"{moment.d_f:.1f} m"
     tiles = (
         ("time", f"{moment.time:.1f} s"),
         ("speed", f"{speed:.1f} m/s"),
         ("acceleration", f"{accel:+.1f} m/s²"),
-        ("to stop-line  d_d", f"{moment.d_d:.1f} m"),
-        ("to front vehicle  d_f", gap),
+        ("to stop-line  d_d", _metres(moment.d_d)),
+        ("to front vehicle  d_f", _metres(moment.d_f)),
     )
     for column, (name, value) in enumerate(tiles):
         x = 14 + column * 125.0
@@ -160,3 +176,7 @@ def _draw_read_out(canvas: Canvas, moment: Moment) -> None:
         colour = OPTION_COLOURS[option] if selected else PALE
         canvas.rect(WIDTH - 240, 172 + 31 * row, 226, 26, colour, radius=13)
         canvas.text(WIDTH - 127, 185 + 31 * row, OPTION_NAMES[option], 19, INK if selected else GREY, "c")
+
+
+def _metres(distance: float | None) -> str:
+    return "none" if distance is None else f"{distance:.1f} m"

@@ -1,5 +1,6 @@
 """Watching: the drawn episode is the evaluated one, and files are whole or absent."""
 
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,10 @@ import pytest
 from PIL import Image
 
 from hhrl_agents import RULES, Agent, Decision
-from hhrl_bench import evaluate
+from hhrl_bench import evaluate, strip
 from hhrl_bench.chart import Chart
 from hhrl_bench.errors import OutputError, SeedError
-from hhrl_bench.tasks import get_task
+from hhrl_bench.tasks import Task, get_task
 from hhrl_bench.watch import record, watch
 from hhrl_envs import InputError, Option, Outcome, extras, get_scenario
 from hhrl_envs.drawing import BLUE, GREEN, GREY, ORANGE, Canvas, Colour
@@ -131,3 +132,10 @@ def test_chart_line_breaks_where_a_value_is_missing() -> None:
     Chart(broken, 0, 200, 10.0, 5.0).line([(0.0, 1.0), (2.0, 1.0), (5.0, float("nan")), (8.0, 1.0), (10.0, 1.0)], GREY)
     inks = [int((canvas.pixels() == np.array(GREY, np.uint8)).all(axis=-1).sum()) for canvas in (whole, broken)]
     assert inks[1] == pytest.approx(0.4 * inks[0], rel=0.05)
+
+
+def test_strip_of_a_world_without_a_line() -> None:
+    moments = record(rule("rule-4"), Task("follow", scenario="follow-v0", env_steps=1), 0)
+    assert {moment.d_d for moment in moments} == {None}
+    with Image.open(BytesIO(strip.png(moments))) as drawn:
+        assert count(drawn.crop((0, 820, 960, drawn.height)), GREEN) > 500

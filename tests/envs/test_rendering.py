@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hhrl_envs import Option, Outcome, Simulator, drawing, extras, get_scenario
+from hhrl_envs import SCENARIOS, Option, Outcome, Simulator, drawing, extras, get_scenario
 from hhrl_envs.moments import Moment, moment_of
 from hhrl_envs.rendering import Renderer
 from hhrl_envs.scene import OPTION_COLOURS, OUTCOME_COLOURS, picture
@@ -19,7 +19,7 @@ ABSENT = (np.nan, np.nan, np.nan)
 def moment(
     *vehicles: tuple[float, float, float], outcome: Outcome = Outcome.RUNNING, option: Option | None = None
 ) -> Moment:
-    return Moment(SCENARIO, np.array(vehicles), time=1.0, outcome=outcome, option=option)
+    return Moment(SCENARIO, np.array(vehicles), line=0.0, time=1.0, outcome=outcome, option=option)
 
 
 def count(frame: NDArray[np.uint8], colour: drawing.Colour) -> int:
@@ -103,3 +103,29 @@ def test_rendering_opens_no_display_and_is_imported_on_demand_only() -> None:
     """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("scenario_id", SCENARIOS)
+def test_every_scenario_keeps_the_ego_in_view_on_its_whole_way(scenario_id: str) -> None:
+    simulator = Simulator(SCENARIOS[scenario_id], 1)
+    simulator.reset(np.array([3], np.uint64))
+    throttle = np.array([SCENARIOS[scenario_id].num_actions - 2])
+    frames = []
+    while simulator.outcomes[0] == Outcome.RUNNING:
+        frames.append(Renderer(simulator.scenario).frame(simulator))
+        for _ in range(10):
+            simulator.step(throttle)
+    assert len(frames) > 3
+    assert all(count(frame[60:110], drawing.BLUE) > 200 for frame in frames)
+
+
+def test_signal_turns_from_red_to_green() -> None:
+    scenario = get_scenario("red-light-v0")
+    vehicles = np.array([(-40.0, 8.0, 0.0)])
+    lamps = []
+    for line in (0.0, None):
+        frame = picture(Moment(scenario, vehicles, line, time=1.0, outcome=Outcome.RUNNING, option=None))
+        lamps.append([count(frame[112:140], colour) for colour in (drawing.VERMILLION, drawing.GREEN)])
+    (red, no_green), (no_red, green) = lamps
+    assert min(red, green) > 50
+    assert no_green == no_red == 0

@@ -1,0 +1,120 @@
+"""Checkpoints: one safetensors file an agent, its metadata as JSON in the header; nothing in it can execute code."""
+
+import json
+import os
+from collections.abc import Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save as to_bytes
+from torch import Tensor
+
+from hhrl_agents.learned import LearnedAgent, make_agent
+from hhrl_agents.methods import Method
+from hhrl_agents.networks import level_shapes
+from hhrl_envs import Scenario, get_scenario
+from hhrl_envs.errors import InputError
+
+FORMAT = "hhrl-checkpoint"
+FORMAT_VERSION = 1
+REQUIRED = (
+    "method",
+    "config",
+    "config_hash",
+    "scenario",
+    "spec_hash",
+    "interface_hash",
+    "seed",
+    "env_steps",
+    "versions",
+)
+"""Metadata without which no checkpoint is accepted; see `hhrl_agents.learned.describe`."""
+
+
+class CheckpointError(InputError):
+    """A checkpoint that cannot be written, or that is missing, damaged, foreign or of another interface."""
+
+
+def save(path: Path, agent: LearnedAgent, metadata: Mapping[str, Any] | None = None) -> None:
+    """Return nothing; write the agent to `path`, whole or not at all.
+
+    metadata: JSON data to keep beside the agent's own, which it may not replace.
+
+    Raises:
+        CheckpointError: if it cannot be written; what stood at `path` is then still there.
+    """
+    entries = {**(metadata or {}), **agent.metadata, "format": FORMAT, "format_version": FORMAT_VERSION}
+    header = {key: json.dumps(value, sort_keys=True, allow_nan=False) for key, value in sorted(entries.items())}
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_bytes(to_bytes(agent.parameters, header))
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise CheckpointError(f"cannot write checkpoint {path}: {error.strerror}") from error
+
+
+def load(path: Path) -> LearnedAgent:
+    """Return the agent stored at `path`, with its metadata.
+
+    Raises:
+        CheckpointError: if there is none, or anything about it is not as `save` writes it.
+    """
+    header, parameters = _read(Path(path))
+    try:
+        metadata = _metadata(header)
+        method, scenario = _method(metadata), get_scenario(metadata["scenario"])
+        _require_interface(metadata, scenario)
+        _require_parameters(parameters, method, scenario)
+    except (InputError, TypeError, ValueError) as error:
+        raise CheckpointError(f"cannot load checkpoint {path}: {error}") from error
+    return make_agent(method, scenario, parameters, metadata)
+
+
+def _read(path: Path) -> tuple[dict[str, str], dict[str, Tensor]]:
+    if not path.is_file():
+        raise CheckpointError(f"cannot load checkpoint {path}: there is no such file")
+    try:
+        with safe_open(path, framework="pt") as file:
+            return file.metadata() or {}, {name: file.get_tensor(name).clone() for name in file.keys()}  # noqa: SIM118
+    except (SafetensorError, OSError) as error:
+        raise CheckpointError(f"cannot load checkpoint {path}: not a whole safetensors file ({error})") from error
+
+
+def _metadata(header: Mapping[str, str]) -> dict[str, Any]:
+    if header.get("format") != json.dumps(FORMAT):
+        raise InputError("a safetensors file, but none that this package has written")
+    metadata = {key: json.loads(value) for key, value in header.items()}
+    if metadata["format_version"] != FORMAT_VERSION:
+        raise InputError(f"format version {metadata['format_version']}; this version reads {FORMAT_VERSION}")
+    missing = [key for key in REQUIRED if key not in metadata]
+    if missing:
+        raise InputError(f"its metadata lack {', '.join(missing)}")
+    return metadata
+
+
+def _method(metadata: Mapping[str, Any]) -> Method:
+    method = Method.from_data(metadata["method"], metadata["config"])
+    if method.config_hash != metadata["config_hash"]:
+        raise InputError("its config does not have the config hash it states")
+    return method
+
+
+def _require_interface(metadata: Mapping[str, Any], scenario: Scenario) -> None:
+    if metadata["interface_hash"] != scenario.interface_hash:
+        raise InputError(
+            f"made for another interface of {scenario.id}: observation, options or actions differ; train it again"
+        )
+
+
+def _require_parameters(parameters: Mapping[str, Tensor], method: Method, scenario: Scenario) -> None:
+    levels = level_shapes(method, scenario.num_actions)
+    expected = {f"{level}.{name}": (1, *shape) for level, shapes in levels.items() for name, shape in shapes.items()}
+    if expected != {name: tuple(value.shape) for name, value in parameters.items()}:
+        raise InputError("its parameters have other names or shapes than its config asks for")
+    for name, value in parameters.items():
+        if value.dtype != torch.float32 or not isfinite(value.sum().item()):
+            raise InputError(f"parameter {name} holds other than finite float32 numbers")

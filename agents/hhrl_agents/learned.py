@@ -1,0 +1,101 @@
+"""Learned agents: the greedy policies of trained networks."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from hhrl_agents.base import NO_OPTION, BoolArray, Decision, Float32Array, IntArray
+from hhrl_agents.methods import Method
+from hhrl_agents.networks import MLP, ActionNetwork, Parameters, mask_penalty, one_hot, subset
+from hhrl_envs import Scenario
+
+Metadata = Mapping[str, Any]
+
+
+class LearnedAgent:
+    """A flat agent that takes the action of the highest value, the first one on a tie.
+
+    parameters: of all networks, level.name -> [1, in, out]; metadata: where they come from.
+    """
+
+    def __init__(self, method: Method, scenario: Scenario, parameters: Parameters, metadata: Metadata) -> None:
+        self.method = method
+        self.scenario = scenario
+        self.parameters = dict(parameters)
+        self.metadata = dict(metadata)
+        self._build()
+
+    def _build(self) -> None:
+        self._flat = MLP(subset(self.parameters, "action."))
+
+    def reset(self, mask: BoolArray) -> None:
+        """Return nothing: the policy remembers nothing."""
+
+    @torch.no_grad()
+    def act(self, observations: Float32Array) -> Decision:
+        """Return no option (-1) and the greedy action, int64 [B] each; see `Agent.act`."""
+        actions = _best(self._flat(_states(observations)))
+        return Decision(np.full_like(actions, NO_OPTION), actions)
+
+
+class HierarchicalLearnedAgent(LearnedAgent):
+    """A hierarchical agent that takes the option of the highest value, then the action of the highest value for it."""
+
+    def _build(self) -> None:
+        self._option = MLP(subset(self.parameters, "option."))
+        self._action = ActionNetwork(subset(self.parameters, "action."))
+        self._penalty = mask_penalty(self.scenario.option_mask)
+
+    @torch.no_grad()
+    def act(self, observations: Float32Array) -> Decision:
+        """Return the greedy option and action, int64 [B] each; see `Agent.act`."""
+        option = _best(self._option(_states(observations)) + self._penalty)
+        return Decision(option, self.act_with_option(observations, option))
+
+    @torch.no_grad()
+    def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
+        """Return the greedy actions given the options, int64 [B]; see `HierarchicalAgent.act_with_option`."""
+        return _best(self._action(_states(observations), _options(option)))
+
+    @torch.no_grad()
+    def attention(self, observations: Float32Array, option: IntArray) -> Float32Array:
+        """Return the attention I(s, o) on the 11 state elements, float32 [B, 11], each row summing to 1."""
+        weights: Float32Array = self._action.attention(_states(observations), _options(option))[0].numpy()
+        return weights
+
+
+def describe(method: Method, scenario: Scenario, seed: int, env_steps: int) -> dict[str, Any]:
+    """Return the metadata of a trained agent: what it is, where it was trained, how long, with which versions."""
+    return {
+        "method": method.id,
+        "config": method.data(),
+        "config_hash": method.config_hash,
+        "scenario": scenario.id,
+        "spec_hash": scenario.spec_hash,
+        "interface_hash": scenario.interface_hash,
+        "seed": seed,
+        "env_steps": env_steps,
+        "versions": {"numpy": np.__version__, "torch": torch.__version__},
+    }
+
+
+def make_agent(method: Method, scenario: Scenario, parameters: Parameters, metadata: Metadata) -> LearnedAgent:
+    """Return the learned agent of the kind that `method` trains; see `LearnedAgent` for the arguments."""
+    kind = HierarchicalLearnedAgent if method.hierarchical else LearnedAgent
+    return kind(method, scenario, parameters, metadata)
+
+
+def _states(observations: Float32Array) -> Tensor:
+    return torch.tensor(observations).unsqueeze(0)
+
+
+def _options(option: IntArray) -> Tensor:
+    return one_hot(torch.tensor(option)).unsqueeze(0)
+
+
+def _best(values: Tensor) -> IntArray:
+    best: IntArray = values[0].argmax(-1).numpy()
+    return best

@@ -1,0 +1,35 @@
+"""What a learner is rewarded with: the environment's rewards, level by level."""
+
+import numpy as np
+
+from hhrl_agents.base import FloatArray, IntArray
+from hhrl_agents.methods import Method
+from hhrl_agents.replay import ACTION, OPTION
+from hhrl_envs import Outcome, Simulator
+from hhrl_envs.rewards import TIMEOUT
+
+
+def level_rewards(method: Method, simulator: Simulator, options: IntArray) -> FloatArray:
+    """Return the scaled rewards of both levels for the last step, float64 [B, 2], given the selected options [B].
+
+    With the hybrid reward they are r^option and r^action of the selected option, otherwise r^task twice. Where a time
+    limit counts as truncation its penalty, part of all of them, is left out.
+    """
+    rewards = np.empty((simulator.num_rows, 2))
+    if method.hybrid_reward:
+        rows = np.arange(simulator.num_rows)
+        rewards[:, OPTION] = simulator.reward_option[rows, options]
+        rewards[:, ACTION] = simulator.reward_action[rows, options]
+    else:
+        rewards[:] = simulator.rewards[:, None]
+    if method.config.timeout == "truncation":
+        rewards -= simulator.terms[:, TIMEOUT, None]
+    return rewards * method.config.reward_scale
+
+
+def discounts(method: Method, simulator: Simulator) -> FloatArray:
+    """Return what the value of the next state is multiplied with, float64 [B]: gamma, or 0 after a terminal step."""
+    ongoing = simulator.outcomes == Outcome.RUNNING
+    if method.config.timeout == "truncation":
+        ongoing |= simulator.outcomes == Outcome.TIMEOUT
+    return np.where(ongoing, method.config.gamma, 0.0)

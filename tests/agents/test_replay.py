@@ -1,0 +1,64 @@
+import numpy as np
+import torch
+
+from hhrl_agents.replay import Batch, ReplayBuffer, Transitions
+from hhrl_envs.observation import SIZE
+
+
+def step(rng: np.random.Generator, seeds: int, n: int) -> Transitions:
+    return Transitions(
+        rng.random((seeds, n, SIZE)).astype(np.float32),
+        rng.integers(-1, 2, (seeds, n)),
+        rng.integers(0, 6, (seeds, n)),
+        rng.random((seeds, n, 2)),
+        rng.choice([0.0, 0.99], (seeds, n)),
+        rng.random((seeds, n, SIZE)).astype(np.float32),
+    )
+
+
+def assert_is(batch: Batch, k: int, steps: list[Transitions], seed: int, when: int, env: int) -> None:
+    """Column k of the batch is what `env` of `seed` did in step `when`."""
+    then = steps[when]
+    np.testing.assert_array_equal(batch.observations[seed, k], then.observations[seed, env])
+    np.testing.assert_array_equal(batch.next_observations[seed, k], then.next_observations[seed, env])
+    np.testing.assert_allclose(batch.rewards[:, seed, k], then.rewards[seed, env], rtol=1e-6)
+    np.testing.assert_allclose(batch.discounts[seed, k], then.discounts[seed, env], rtol=1e-6)
+    assert batch.options[seed, k] == then.options[seed, env]
+    assert batch.actions[seed, k] == then.actions[seed, env]
+
+
+def test_what_is_stored_comes_back_and_the_oldest_goes_first() -> None:
+    rng, seeds, n = np.random.default_rng(0), 3, 4
+    buffer = ReplayBuffer(seeds, n, capacity=22)
+    assert buffer.capacity == 20
+    steps, where = [], []
+    for when in range(8):
+        steps.append(step(rng, seeds, n))
+        where.append(buffer.add(steps[-1]))
+        assert buffer.stored == min(n * (when + 1), 20)
+    kept = [(when, env) for when in range(3, 8) for env in range(n)]
+    indices = np.array([[where[when][env] for when, env in kept]] * seeds)
+    assert sorted(indices[0]) == list(range(20))
+    batch = buffer.gather(indices)
+    for k, (when, env) in enumerate(kept):
+        for seed in range(seeds):
+            assert_is(batch, k, steps, seed, when, env)
+
+
+def test_each_seed_gathers_its_own_indices() -> None:
+    rng = np.random.default_rng(1)
+    buffer, only = ReplayBuffer(2, 4, capacity=4), step(rng, 2, 4)
+    buffer.add(only)
+    batch = buffer.gather(np.array([[0, 3], [2, 2]]))
+    for seed, k, env in ((0, 0, 0), (0, 1, 3), (1, 0, 2), (1, 1, 2)):
+        assert_is(batch, k, [only], seed, 0, env)
+
+
+def test_a_batch_is_a_copy() -> None:
+    rng = np.random.default_rng(2)
+    buffer = ReplayBuffer(1, 4, capacity=4)
+    buffer.add(step(rng, 1, 4))
+    batch = buffer.gather(np.array([[0, 1]]))
+    before = batch.observations.clone()
+    buffer.add(step(rng, 1, 4))
+    assert torch.equal(batch.observations, before)
