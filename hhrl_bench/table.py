@@ -116,7 +116,7 @@ def _caption(results: Sequence[ResultRecord], *, intervals: bool) -> str:
     if not intervals:
         return f"Means an episode. {paper}.\nA wider terminal shows 95% intervals."
     seeds = sorted({len(result.runs) for result in results if len(result.runs) > 1})
-    notes = [f"bootstrap over the {' or '.join(map(str, seeds))} training seeds"] if seeds else []
+    notes = [f"over the {' or '.join(map(str, seeds))} training seeds"] if seeds else []
     if any(len(result.runs) == 1 for result in results):
-        notes.append("for a single policy Wilson (rates) and bootstrap over episodes (means)")
-    return f"Means an episode. 95% intervals: {'; '.join(notes)}.\n{paper}, Wilson."
+        notes.append("over the episodes (rates: Wilson) of a single policy")
+    return f"Means, below them 95% intervals: bootstrap {', or '.join(notes)}.\n{paper}, Wilson."

@@ -104,7 +104,7 @@ def test_the_same_training_again_learns_the_same(run: Path, tmp_path: Path) -> N
 
 def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
     said = cli("evaluate", str(run), "--episodes", "10").stdout
-    assert "bootstrap over the 2 training seeds" in said
+    assert "bootstrap over the 2 training seeds." in said
     assert said.count("\N{EN DASH}") == 2
 
 
