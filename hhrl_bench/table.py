@@ -118,5 +118,5 @@ def _caption(results: Sequence[ResultRecord], *, intervals: bool) -> str:
     seeds = sorted({len(result.runs) for result in results if len(result.runs) > 1})
     notes = [f"over the {' or '.join(map(str, seeds))} training seeds"] if seeds else []
     if any(len(result.runs) == 1 for result in results):
-        notes.append("over the episodes (rates: Wilson) of a single policy")
-    return f"Means, below them 95% intervals: bootstrap {', or '.join(notes)}.\n{paper}, Wilson."
+        notes.append("over the episodes of a single policy (rates: Wilson)")
+    return f"Means and 95% intervals: bootstrap {', or '.join(notes)}.\n{paper}, Wilson."
