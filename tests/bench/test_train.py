@@ -92,14 +92,9 @@ def test_curves_are_json_lines_with_validation(run: Path) -> None:
 
 def test_the_same_training_again_learns_the_same(run: Path, tmp_path: Path) -> None:
     list(training.train(plan(tmp_path)))
-    for seed in (0, 2):
-        assert (tmp_path / f"curve-seed-{seed}.jsonl").read_text() == (run / f"curve-seed-{seed}.jsonl").read_text()
-    for ours, theirs in zip(load_agents(run, SCENARIO), load_agents(tmp_path, SCENARIO), strict=True):
-        assert isinstance(ours.agent, LearnedAgent)
-        assert isinstance(theirs.agent, LearnedAgent)
-        assert ours.agent.metadata == theirs.agent.metadata
-        for name, value in ours.agent.parameters.items():
-            assert torch.equal(value, theirs.agent.parameters[name])
+    for path in run.iterdir():
+        if not path.name.startswith("provenance"):
+            assert (tmp_path / path.name).read_bytes() == path.read_bytes()
 
 
 def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
