@@ -1,4 +1,7 @@
-"""Checkpoints: one safetensors file an agent, its metadata as JSON in the header; nothing in it can execute code."""
+"""Checkpoints: one safetensors file an agent; nothing in it can execute code.
+
+Its header holds the metadata as one JSON object, so that the same agent gives the same bytes.
+"""
 
 import json
 import os
@@ -46,8 +49,8 @@ def save(path: Path, agent: LearnedAgent, metadata: Mapping[str, Any] | None = N
     Raises:
         CheckpointError: if it cannot be written; what stood at `path` is then still there.
     """
-    entries = {**(metadata or {}), **agent.metadata, "format": FORMAT, "format_version": FORMAT_VERSION}
-    header = {key: json.dumps(value, sort_keys=True, allow_nan=False) for key, value in sorted(entries.items())}
+    entries = {**(metadata or {}), **agent.metadata, "format_version": FORMAT_VERSION}
+    header = {FORMAT: json.dumps(entries, sort_keys=True, allow_nan=False)}
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         temporary.write_bytes(to_bytes(agent.parameters, header))
@@ -69,7 +72,7 @@ def load(path: Path) -> LearnedAgent:
         method, scenario = _method(metadata), get_scenario(metadata["scenario"])
         _require_interface(metadata, scenario)
         _require_parameters(parameters, method, scenario)
-    except (InputError, TypeError, ValueError) as error:
+    except (TypeError, ValueError) as error:
         raise CheckpointError(f"cannot load checkpoint {path}: {error}") from error
     return make_agent(method, scenario, parameters, metadata)
 
@@ -85,14 +88,16 @@ def _read(path: Path) -> tuple[dict[str, str], dict[str, Tensor]]:
 
 
 def _metadata(header: Mapping[str, str]) -> dict[str, Any]:
-    if header.get("format") != json.dumps(FORMAT):
+    if FORMAT not in header:
         raise InputError("a safetensors file, but none that this package has written")
-    metadata = {key: json.loads(value) for key, value in header.items()}
-    if metadata["format_version"] != FORMAT_VERSION:
-        raise InputError(f"format version {metadata['format_version']}; this version reads {FORMAT_VERSION}")
+    metadata: dict[str, Any] = dict(json.loads(header[FORMAT]))
+    if metadata.get("format_version") != FORMAT_VERSION:
+        raise InputError(f"format version {metadata.get('format_version')}; this version reads {FORMAT_VERSION}")
     missing = [key for key in REQUIRED if key not in metadata]
     if missing:
         raise InputError(f"its metadata lack {', '.join(missing)}")
+    if not isinstance(metadata["seed"], int):
+        raise InputError(f"its seed is {metadata['seed']!r}, no whole number")
     return metadata
 
 

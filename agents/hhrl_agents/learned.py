@@ -89,7 +89,7 @@ def make_agent(method: Method, scenario: Scenario, parameters: Parameters, metad
 
 
 def _states(observations: Float32Array) -> Tensor:
-    return torch.tensor(observations).unsqueeze(0)
+    return torch.from_numpy(np.array(observations, np.float32, order="C")).unsqueeze(0)
 
 
 def _options(option: IntArray) -> Tensor:

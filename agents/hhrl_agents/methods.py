@@ -32,6 +32,7 @@ class LearnerConfig:
             "terminal" is the paper's literal reading.
         priority: p^a of the hierarchical prioritised replay. "clip" is max(|delta_a| - |delta_o|, 0) of scaled errors,
             "shift" the paper's literal |delta_a| - |delta_o| minus its minimum over the batch.
+        priority_floor: what is added to every priority, in units of a level's typical error, so that none is forgotten.
         priority_exponent, importance_exponent: alpha and beta of Algorithm 3.
         report_every: environment steps between two progress reports.
     """
@@ -53,6 +54,7 @@ class LearnerConfig:
     exploration_hold: int = 20
     timeout: Literal["truncation", "terminal"] = "truncation"
     priority: Literal["clip", "shift"] = "clip"
+    priority_floor: float = 0.3
     priority_exponent: float = 0.6
     importance_exponent: float = 0.4
     report_every: int = 10_000
@@ -62,7 +64,7 @@ class LearnerConfig:
         counts = ("n_envs", "steps_per_update", "batch_size", "target_interval", "exploration_hold", "report_every")
         for name in counts:
             self._require(name, getattr(self, name) >= 1, "a whole number, at least 1")
-        for name in ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale"):
+        for name in ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale", "priority_floor"):
             self._require(name, getattr(self, name) > 0, "a number above 0")
         for name in ("gamma", "final_epsilon", "exploration_share", "priority_exponent", "importance_exponent"):
             self._require(name, 0 <= getattr(self, name) <= 1, "a number in [0, 1]")
@@ -111,6 +113,7 @@ class Method:
         """Return the method without its id as JSON data."""
         data = asdict(self)
         del data["id"]
+        data["config"]["hidden"] = list(self.config.hidden)
         return data
 
     @classmethod
@@ -118,7 +121,11 @@ class Method:
         """Return the method of this id and `data`, the inverse of `data`.
 
         Raises:
-            TypeError: if an entry is not known; InputError: if a value is not allowed.
+            InputError: if an entry is missing or not known, or a value not allowed.
         """
-        config = {**data["config"], "hidden": tuple(data["config"]["hidden"])}
-        return cls(method_id, **{**data, "config": LearnerConfig(**config)})
+        try:
+            config = {**data["config"], "hidden": tuple(data["config"]["hidden"])}
+            method = cls(method_id, **{**data, "config": LearnerConfig(**config)})
+        except (KeyError, TypeError) as error:
+            raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error
+        return method

@@ -11,8 +11,6 @@ from hhrl_agents.seeding import uniforms
 from hhrl_agents.sum_tree import assign, empty_trees, find
 
 LEVELS = 2
-SMALLEST_PRIORITY = 0.01
-"""What is added to every priority, in units of a level's typical TD error, so that no transition is forgotten."""
 SCALE_RATE = 0.01
 """Rate at which the running magnitude of a level's TD error follows the batches."""
 
@@ -111,8 +109,8 @@ class HierarchicalPrioritizedSampler:
     def _priorities(self, errors: FloatArray) -> FloatArray:
         if self._config.priority == "shift":
             gap = errors[1] - errors[0]
-            return np.stack((errors[0], gap - gap.min(-1, keepdims=True))) + SMALLEST_PRIORITY
+            return np.stack((errors[0], gap - gap.min(-1, keepdims=True))) + self._config.priority_floor
         batch = errors.mean(-1)
         self._magnitude += np.where(self._magnitude == 0.0, 1.0, SCALE_RATE) * (batch - self._magnitude)
         option, action = errors / np.maximum(self._magnitude, 1e-12)[..., None]
-        return np.stack((option, np.maximum(action - option, 0.0))) + SMALLEST_PRIORITY
+        return np.stack((option, np.maximum(action - option, 0.0))) + self._config.priority_floor

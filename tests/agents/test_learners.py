@@ -1,0 +1,212 @@
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from hhrl_agents import METHODS
+from hhrl_agents.learned import LearnedAgent
+from hhrl_agents.learners import Learner, Progress, linear
+from hhrl_agents.methods import Method
+from hhrl_agents.replay import Batch
+from hhrl_envs import InputError, Outcome, Simulator, get_scenario
+
+MAIN = get_scenario("stop-line-v0")
+N_ENVS = 4
+SMALL: dict[str, Any] = {
+    "hidden": (16, 16),
+    "n_envs": N_ENVS,
+    "batch_size": 8,
+    "replay_capacity": 2_000,
+    "warmup": 40,
+    "steps_per_update": 4,
+    "target_interval": 10,
+    "report_every": 100,
+}
+
+
+def small(name: str, **values: Any) -> Method:
+    method = METHODS[name]
+    return replace(method, config=replace(method.config, **{**SMALL, **values}))
+
+
+def learner_of(method: Method, seeds: Sequence[int] = (3, 5)) -> Learner:
+    n_envs = method.config.n_envs
+    worlds = np.array(seeds)[:, None] * n_envs + np.arange(n_envs)
+    return Learner(method, MAIN, seeds, worlds.astype(np.uint64))
+
+
+def trained(method: Method, seeds: Sequence[int] = (3, 5), steps: int = 400) -> tuple[Learner, list[Progress]]:
+    learner = learner_of(method, seeds)
+    return learner, list(learner.train(steps))
+
+
+def stored(learner: Learner, count: int) -> Batch:
+    """The first `count` transitions of every seed."""
+    indices = np.tile(np.arange(count), (len(learner.seeds), 1))
+    return learner._replay.gather(indices)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_transitions_follow_each_other(name: str) -> None:
+    steps = 160
+    learner, _ = trained(small(name), steps=steps * N_ENVS)
+    batch = stored(learner, steps * N_ENVS)
+    first = batch.observations.reshape(2, steps, N_ENVS, -1)
+    second = batch.next_observations.reshape(2, steps, N_ENVS, -1)
+    goes_on = batch.discounts.reshape(2, steps, N_ENVS)[:, :-1] > 0
+    follows = (second[:, :-1] == first[:, 1:]).all(-1)
+    assert follows[goes_on].float().mean() > 0.99
+    assert not follows[~goes_on].any()
+    moved = (first != second).any(-1)
+    assert moved.float().mean() > 0.9
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_the_stored_rewards_are_the_simulator_s(name: str) -> None:
+    method = small(name, warmup=100)
+    learner, _ = trained(method, steps=80)
+    batch = stored(learner, 80)
+    for index, seed in enumerate(learner.seeds):
+        replayed = Simulator(MAIN, N_ENVS)
+        replayed.reset(np.arange(N_ENVS) + seed * N_ENVS)
+        for step in range(20):
+            columns = slice(step * N_ENVS, (step + 1) * N_ENVS)
+            np.testing.assert_array_equal(batch.observations[index, columns], replayed.observations)
+            replayed.step(batch.actions[index, columns].numpy())
+            np.testing.assert_array_equal(batch.next_observations[index, columns], replayed.observations)
+            if not method.hybrid_reward:
+                scaled = replayed.rewards * method.config.reward_scale
+                np.testing.assert_allclose(batch.rewards[:, index, columns], np.stack((scaled, scaled)), rtol=1e-5)
+            replayed.reset_done()
+
+
+@pytest.mark.parametrize("name", ["ddqn", "hrl-0", "hybrid-hrl"])
+def test_a_seed_learns_the_same_alone_and_in_a_stack(name: str) -> None:
+    method = small(name, warmup=200)
+    together, _ = trained(method, seeds=(3, 5, 8), steps=280)
+    alone, _ = trained(method, seeds=(5,), steps=280)
+    inside, outside = stored(together, 280), stored(alone, 280)
+    assert torch.equal(inside.actions[1], outside.actions[0])
+    assert torch.equal(inside.observations[1], outside.observations[0])
+    assert together.updates == alone.updates == 20
+    for level, stack in alone.algorithm.stacks.items():
+        flat = together.algorithm.stacks[level].flat[1].detach()
+        np.testing.assert_allclose(flat, stack.flat[0].detach(), rtol=1e-3, atol=2e-5)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_the_same_stack_learns_the_same_bits(name: str) -> None:
+    first, second = trained(small(name))[0], trained(small(name))[0]
+    for level, stack in first.algorithm.stacks.items():
+        assert torch.equal(stack.flat, second.algorithm.stacks[level].flat)
+
+
+def test_learning_draws_nothing_from_global_generators() -> None:
+    before = torch.get_rng_state().clone(), repr(np.random.get_state(legacy=False))  # noqa: NPY002
+    trained(small("hybrid-hrl"), steps=200)
+    assert torch.equal(torch.get_rng_state(), before[0])
+    assert repr(np.random.get_state(legacy=False)) == before[1]  # noqa: NPY002
+
+
+def test_a_gradient_step_descends_the_weighted_squared_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    method = small("hybrid-hrl", max_gradient_norm=1e9)
+    learner, _ = trained(method, steps=100)
+    draw = learner._sampler.draw(learner._replay.stored)
+    monkeypatch.setattr(learner._sampler, "draw", lambda _: draw)
+    errors = learner.algorithm.td_errors(learner._replay.gather(draw.indices))
+    expected = []
+    for weights, error, stack in zip(draw.weights, errors, learner.algorithm.stacks.values(), strict=True):
+        loss = (torch.from_numpy(weights) * error.square()).sum() / method.config.batch_size
+        parts = torch.autograd.grad(loss, list(stack.online.values()))
+        expected.append(torch.cat([part.flatten(1) for part in parts], dim=1))
+    learner._update()
+    for gradient, stack in zip(expected, learner.algorithm.stacks.values(), strict=True):
+        assert stack.flat.grad is not None
+        np.testing.assert_allclose(stack.flat.grad.numpy(), gradient, rtol=1e-4, atol=1e-7)
+
+
+def test_progress_counts_every_episode_and_every_step() -> None:
+    learner, reports = trained(small("ddqn"), steps=2_000)
+    assert [report.env_steps for report in reports] == list(range(100, 2_001, 100))
+    assert reports[-1].updates == learner.updates == (2_000 - 40) // 4
+    ended = (stored(learner, 2_000).discounts == 0).sum(-1).numpy()
+    counted = sum(report.outcome_counts for report in reports)
+    assert isinstance(counted, np.ndarray)
+    assert counted.shape == (2, len(Outcome))
+    assert not counted[:, Outcome.RUNNING].any()
+    np.testing.assert_array_equal(counted.sum(axis=1) - counted[:, Outcome.TIMEOUT], ended)
+
+
+def test_losses_are_reported_for_each_level_and_seed() -> None:
+    _, reports = trained(small("hybrid-hrl"), steps=200)
+    assert [list(report.losses) for report in reports] == [["option", "action"]] * 2
+    for report in reports:
+        for losses in report.losses.values():
+            assert losses.shape == (2,)
+            assert (losses > 0).all()
+
+
+def test_without_a_gradient_step_there_is_no_loss() -> None:
+    _, reports = trained(small("ddqn", warmup=400), steps=100)
+    assert reports[0].updates == 0
+    assert np.isnan(reports[0].losses["action"]).all()
+
+
+def test_a_budget_is_rounded_up_to_whole_steps_and_reported() -> None:
+    learner, reports = trained(small("ddqn"), steps=130)
+    assert learner.env_steps == reports[-1].env_steps == 132
+    assert [report.env_steps for report in reports] == [100, 132]
+
+
+def test_policies_do_not_change_with_later_training() -> None:
+    learner, _ = trained(small("hybrid-hrl"))
+    before = learner.policies()
+    kept = [{name: value.clone() for name, value in policy.parameters.items()} for policy in before]
+    list(learner.train(200))
+    for policy, parameters, after in zip(before, kept, learner.policies(), strict=True):
+        assert all(torch.equal(policy.parameters[name], value) for name, value in parameters.items())
+        assert any(not torch.equal(after.parameters[name], value) for name, value in parameters.items())
+
+
+def test_policies_say_where_they_come_from() -> None:
+    learner, _ = trained(small("hrl-2"), steps=100)
+    for seed, policy in zip((3, 5), learner.policies(), strict=True):
+        assert isinstance(policy, LearnedAgent)
+        assert policy.metadata["seed"] == seed
+        assert policy.metadata["env_steps"] == 100
+        assert policy.metadata["method"] == "hrl-2"
+        assert policy.metadata["config_hash"] == learner.method.config_hash
+        assert policy.metadata["scenario"] == MAIN.id
+        assert policy.metadata["interface_hash"] == MAIN.interface_hash
+
+
+def test_worlds_must_be_one_for_each_environment() -> None:
+    with pytest.raises(InputError, match=r"write \(1, 4\)"):
+        Learner(small("ddqn"), MAIN, [0], np.arange(5, dtype=np.uint64)[None])
+
+
+def test_linear_goes_from_start_to_end_and_stays() -> None:
+    assert [linear(1.0, 0.2, share) for share in (0.0, 0.5, 1.0, 3.0)] == pytest.approx([1.0, 0.6, 0.2, 0.2])
+
+
+@pytest.mark.parametrize("name", ["ddqn", "hybrid-hrl"])
+def test_learning_avoids_what_hurts_at_once(name: str) -> None:
+    """After a short training the greedy policy changes its level far less abruptly than chance would."""
+    method = small(name, n_envs=16, batch_size=64, hidden=(32, 32), warmup=200, target_interval=50)
+    learner = learner_of(method, (1,))
+    untrained = learner.policies()[0]
+    list(learner.train(12_000))
+    returns = [mean_return(agent) for agent in (untrained, learner.policies()[0])]
+    assert returns[1] > returns[0] + 20.0
+
+
+def mean_return(agent: LearnedAgent, rows: int = 100) -> float:
+    simulator, total = Simulator(MAIN, rows), np.zeros(rows)
+    simulator.reset(np.arange(rows) + 10_000)
+    for _ in range(MAIN.horizon):
+        simulator.step(agent.act(simulator.observations).action)
+        total += simulator.rewards
+    return float(total.mean())

@@ -1,0 +1,70 @@
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+import pytest
+
+from hhrl_agents import METHODS
+from hhrl_agents.learning_rewards import discounts, level_rewards
+from hhrl_agents.methods import Method
+from hhrl_agents.replay import ACTION, OPTION
+from hhrl_envs import Outcome, Simulator, get_scenario
+from hhrl_envs.rewards import SUCCESS, TIME, TIMEOUT
+from support.driving import careful_actions
+
+MAIN = get_scenario("stop-line-v0")
+SHORT = replace(MAIN, id="short", horizon=90)
+ROWS = 200
+
+
+Timeout = Literal["truncation", "terminal"]
+
+
+def with_timeout(name: str, timeout: Timeout) -> Method:
+    method = METHODS[name]
+    return replace(method, config=replace(method.config, timeout=timeout))
+
+
+@pytest.fixture(scope="module")
+def simulator() -> Simulator:
+    """A batch at a step in which episodes run, fail, succeed and time out."""
+    made = Simulator(SHORT, ROWS)
+    made.reset(np.arange(ROWS))
+    rng = np.random.default_rng(0)
+    reckless = rng.random(ROWS) < 0.4
+    for _ in range(SHORT.horizon):
+        made.reset_done()
+        made.step(np.where(reckless, MAIN.num_actions - 1, careful_actions(made)))
+    assert (made.outcomes == Outcome.TIMEOUT).any()
+    return made
+
+
+@pytest.mark.parametrize("timeout", ["truncation", "terminal"])
+def test_without_hybrid_reward_both_levels_get_the_task_s(simulator: Simulator, timeout: Timeout) -> None:
+    method = with_timeout("hrl-0", timeout)
+    rewards = level_rewards(method, simulator, np.zeros(ROWS, np.int64)) / method.config.reward_scale
+    left_out = simulator.terms[:, TIMEOUT] if timeout == "truncation" else 0.0
+    for level in (OPTION, ACTION):
+        np.testing.assert_allclose(rewards[:, level], simulator.rewards - left_out, atol=1e-9)
+
+
+@pytest.mark.parametrize("timeout", ["truncation", "terminal"])
+def test_hybrid_rewards_are_the_selected_option_s_and_add_up(simulator: Simulator, timeout: Timeout) -> None:
+    method = with_timeout("hybrid-hrl", timeout)
+    options = np.random.default_rng(1).integers(0, 2, ROWS)
+    rewards = level_rewards(method, simulator, options) / method.config.reward_scale
+    left_out = simulator.terms[:, TIMEOUT] if timeout == "truncation" else np.zeros(ROWS)
+    for row in range(ROWS):
+        assert rewards[row, OPTION] == pytest.approx(simulator.reward_option[row, options[row]] - left_out[row])
+        assert rewards[row, ACTION] == pytest.approx(simulator.reward_action[row, options[row]] - left_out[row])
+    common = simulator.terms[:, [TIME, TIMEOUT, SUCCESS]].sum(axis=1) - left_out
+    np.testing.assert_allclose(rewards.sum(axis=1) - common, simulator.rewards - left_out, atol=1e-9)
+
+
+def test_only_running_and_truncated_rows_bootstrap(simulator: Simulator) -> None:
+    gamma = METHODS["ddqn"].config.gamma
+    truncated = discounts(with_timeout("ddqn", "truncation"), simulator)
+    terminal = discounts(with_timeout("ddqn", "terminal"), simulator)
+    for row, outcome in enumerate(simulator.outcomes):
+        assert truncated[row] == (gamma if outcome in {Outcome.RUNNING, Outcome.TIMEOUT} else 0.0)
+        assert terminal[row] == (gamma if outcome == Outcome.RUNNING else 0.0)

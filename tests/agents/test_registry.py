@@ -1,0 +1,96 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hhrl_agents import METHODS, RULES, Agent, HierarchicalAgent
+from hhrl_agents.learned import HierarchicalLearnedAgent
+from hhrl_agents.learners import Learner
+from hhrl_envs import SCENARIOS, Scenario, Simulator, get_scenario
+
+NAMES = [*RULES, *METHODS]
+EVERYWHERE = pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=SCENARIOS)
+
+
+def agent_of(name: str, scenario: Scenario) -> Agent:
+    """The rule agent, or an untrained agent of the method."""
+    if name in RULES:
+        return RULES[name](scenario)
+    method = METHODS[name]
+    worlds = np.arange(method.config.n_envs, dtype=np.uint64)[None]
+    return Learner(method, scenario, [0], worlds).policies()[0]
+
+
+def observations_of(
+    scenario: Scenario, rows: int, steps: int = 30
+) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
+    simulator = Simulator(scenario, rows)
+    simulator.reset(np.arange(rows) + 50)
+    for step in range(steps):
+        simulator.step(np.full(rows, step % scenario.num_actions))
+        simulator.reset_done()
+    return simulator.observations.copy()
+
+
+@EVERYWHERE
+@pytest.mark.parametrize("rows", [1, 7])
+@pytest.mark.parametrize("name", NAMES)
+def test_decisions_are_valid(name: str, rows: int, scenario: Scenario) -> None:
+    agent, observations = agent_of(name, scenario), observations_of(scenario, rows)
+    assert isinstance(agent, Agent)
+    agent.reset(np.ones(rows, np.bool_))
+    option, action = agent.act(observations)
+    for part in (option, action):
+        assert part.shape == (rows,)
+        assert part.dtype == np.int64
+    assert ((action >= 0) & (action < scenario.num_actions)).all()
+    if isinstance(agent, HierarchicalAgent):
+        assert np.array(scenario.option_mask)[option].all()
+    else:
+        assert (option == -1).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_decisions_repeat_and_do_not_depend_on_the_order_of_rows(name: str) -> None:
+    scenario = get_scenario("stop-line-v0")
+    agent, observations = agent_of(name, scenario), observations_of(scenario, 7)
+    before = observations.copy()
+    first, second = agent.act(observations), agent.act(observations)
+    turned = agent.act(observations[::-1])
+    np.testing.assert_array_equal(observations, before)
+    for ours, again, back in zip(first, second, turned, strict=True):
+        np.testing.assert_array_equal(ours, again)
+        np.testing.assert_array_equal(ours, back[::-1])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_only_hierarchical_agents_take_an_option(name: str) -> None:
+    scenario = get_scenario("stop-line-v0")
+    agent, observations = agent_of(name, scenario), observations_of(scenario, 7)
+    assert isinstance(agent, HierarchicalAgent) == (name in RULES or METHODS[name].hierarchical)
+    if isinstance(agent, HierarchicalAgent):
+        for option in range(2):
+            action = agent.act_with_option(observations, np.full(7, option))
+            assert action.shape == (7,)
+            assert ((action >= 0) & (action < scenario.num_actions)).all()
+
+
+@pytest.mark.parametrize("name", [name for name, method in METHODS.items() if method.hierarchical])
+def test_learned_agents_show_their_attention(name: str) -> None:
+    scenario = get_scenario("stop-line-v0")
+    agent, observations = agent_of(name, scenario), observations_of(scenario, 7)
+    assert isinstance(agent, HierarchicalLearnedAgent)
+    weights = agent.attention(observations, np.zeros(7, np.int64))
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-5)
+    assert (weights.std() > 1e-3) == METHODS[name].attention
+
+
+def test_agents_need_no_torch_until_they_learn() -> None:
+    code = (
+        "import sys; sys.modules['torch'] = None; import hhrl_agents, hhrl_envs;"
+        "scenario = hhrl_envs.get_scenario('stop-line-v0');"
+        "[make(scenario) for make in hhrl_agents.RULES.values()]; print(len(hhrl_agents.METHODS))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert int(done.stdout) == len(METHODS)
