@@ -38,12 +38,12 @@ class LearnerConfig:
     """
 
     hidden: tuple[int, ...] = (64, 64)
-    n_envs: int = 16
+    n_envs: int = 32
     steps_per_update: int = 4
     batch_size: int = 64
     replay_capacity: int = 100_000
     warmup: int = 2_000
-    target_interval: int = 250
+    target_interval: int = 100
     learning_rate: float = 1e-3
     final_learning_rate: float = 5e-5
     max_gradient_norm: float = 5.0
