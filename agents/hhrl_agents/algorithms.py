@@ -94,11 +94,9 @@ class HierarchicalDoubleDQN:
             _, action_value = double_q(self._action_both(following, _twice(one_hot(best))))
             option_target = batch.rewards[OPTION] + batch.discounts * option_value
             action_target = batch.rewards[ACTION] + batch.discounts * action_value
-        option_values = self._option(batch.observations)
-        action_values = self._action(batch.observations, one_hot(batch.options))
-        return option_target - _taken(option_values, batch.options), action_target - _taken(
-            action_values, batch.actions
-        )
+        option_values = _taken(self._option(batch.observations), batch.options)
+        action_values = _taken(self._action(batch.observations, one_hot(batch.options)), batch.actions)
+        return option_target - option_values, action_target - action_values
 
 
 def double_q(values: Tensor) -> tuple[Tensor, Tensor]:

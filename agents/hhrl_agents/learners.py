@@ -43,6 +43,7 @@ class Learner:
 
     method: what to train; scenario: the world to train in; seeds: one for each of the E learners, of all of its random
     draws; world_seeds: uint64 [E, n_envs], the worlds of its environments. A seed's draws do not depend on the others.
+    The tensors are small: train with one torch thread, more only wait for each other.
     """
 
     def __init__(

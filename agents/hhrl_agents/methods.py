@@ -64,9 +64,10 @@ class LearnerConfig:
         counts = ("n_envs", "steps_per_update", "batch_size", "target_interval", "exploration_hold", "report_every")
         for name in counts:
             self._require(name, getattr(self, name) >= 1, "a whole number, at least 1")
-        for name in ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale", "priority_floor"):
+        positive = ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale", "priority_floor")
+        for name in (*positive, "exploration_share"):
             self._require(name, getattr(self, name) > 0, "a number above 0")
-        for name in ("gamma", "final_epsilon", "exploration_share", "priority_exponent", "importance_exponent"):
+        for name in ("gamma", "final_epsilon", "priority_exponent", "importance_exponent"):
             self._require(name, 0 <= getattr(self, name) <= 1, "a number in [0, 1]")
         self._require("hidden", len(self.hidden) > 0 and min(self.hidden) > 0, "one or more positive layer widths")
         self._require("warmup", self.warmup >= self.n_envs, f"at least n_envs ({self.n_envs})")

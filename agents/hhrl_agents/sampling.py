@@ -16,9 +16,9 @@ SCALE_RATE = 0.01
 
 
 class Draw(NamedTuple):
-    """A mini-batch of K transitions for each seed: indices, int64 [E, K], and weights of each level's loss.
+    """A mini-batch of K transitions for each seed.
 
-    weights: float32, broadcastable to [levels, E, K]; a level's weights add up to what it learns from.
+    indices: int64 [E, K]; weights: of each level's squared errors, float32, broadcastable to [levels, E, K].
     """
 
     indices: IntArray

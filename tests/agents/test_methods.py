@@ -53,6 +53,8 @@ def test_the_config_hash_follows_every_value_but_the_id() -> None:
         ("hidden", (64, 0)),
         ("learning_rate", 0.0),
         ("final_epsilon", -0.1),
+        ("exploration_share", 0.0),
+        ("priority_floor", 0.0),
         ("timeout", "maybe"),
         ("priority", "none"),
         ("warmup", 1),
