@@ -7,23 +7,18 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
 import hhrl_bench
 from hhrl_agents import METHODS, RULES
 from hhrl_bench import leaderboard, suite
-from hhrl_bench.cli import app
 from hhrl_bench.evaluation import evaluate
 from hhrl_bench.loading import load_agent
 from hhrl_bench.records import EvaluationRecord, LeaderboardRecord
 from hhrl_bench.suite import SUITES, Suite
 from hhrl_bench.tasks import TASKS
+from support.command_line import invoke
 
 ROOT = Path(hhrl_bench.__file__).parent.parent
-
-
-def invoke(*arguments: str) -> Result:
-    return CliRunner(env={"COLUMNS": None}).invoke(app, list(arguments))
 
 
 def done(*arguments: str) -> str:
@@ -108,7 +103,7 @@ def test_evaluate_holds_the_option() -> None:
 
 def test_the_table_fits_narrow_and_wide_terminals() -> None:
     for columns in (80, 120):
-        result = CliRunner(env={"COLUMNS": str(columns)}).invoke(app, ["evaluate", "rule-2", "--episodes", "20"])
+        result = invoke("evaluate", "rule-2", "--episodes", "20", columns=columns)
         lines = result.stdout.splitlines()
         assert max(map(len, lines)) <= columns
         assert "…" not in result.stdout

@@ -5,9 +5,8 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from hhrl_bench.cli import app
+from support.command_line import invoke
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "environments/README.md")
@@ -34,7 +33,7 @@ def test_quick_commands_run(command: str, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.chdir(tmp_path)
     own_agent = next(code for code in blocks("README.md", "python") if code.startswith("# my_agent.py"))
     Path("my_agent.py").write_text(own_agent)
-    result = CliRunner().invoke(app, shlex.split(command, comments=True)[1:])
+    result = invoke(*shlex.split(command, comments=True)[1:])
     assert result.exit_code == 0, result.output
 
 

@@ -11,18 +11,16 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from typer.testing import CliRunner, Result  # noqa: E402
-
 from hhrl_agents.learned import LearnedAgent  # noqa: E402
 from hhrl_agents.learners import Learner  # noqa: E402
 from hhrl_bench import train as training  # noqa: E402
-from hhrl_bench.cli import app  # noqa: E402
 from hhrl_bench.errors import AgentError, OutputError  # noqa: E402
 from hhrl_bench.evaluation import play as really_play  # noqa: E402
 from hhrl_bench.loading import load_agents  # noqa: E402
 from hhrl_bench.records import EvaluationRecord  # noqa: E402
 from hhrl_bench.tasks import get_task  # noqa: E402
 from hhrl_envs import Scenario, get_scenario  # noqa: E402
+from support.command_line import invoke  # noqa: E402
 
 TASK = get_task("stop-line-v0")
 SCENARIO = get_scenario(TASK.scenario)
@@ -42,10 +40,6 @@ def plan(folder: Path, method: str = "ddqn", seeds: tuple[int, ...] = (0, 2)) ->
     return training.Plan(method, TASK, seeds, STEPS, folder)
 
 
-def cli(*arguments: str) -> Result:
-    return CliRunner().invoke(app, list(arguments))
-
-
 @pytest.fixture(scope="module", autouse=True)
 def small_validation() -> Any:
     with pytest.MonkeyPatch.context() as patch:
@@ -63,12 +57,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_command_trains_and_its_run_can_be_evaluated(tmp_path: Path) -> None:
     folder = tmp_path / "runs" / "hybrid-hrl"
-    trained = cli("train", "hybrid-hrl", "--seeds", "0,2", "--env-steps", str(STEPS), "--out", str(folder))
+    trained = invoke("train", "hybrid-hrl", "--seeds", "0,2", "--env-steps", str(STEPS), "--out", str(folder))
     assert trained.exit_code == 0, trained.stderr
     assert trained.stdout == f"{folder}\n"
     assert "2,400 of 2,400 validation success" in trained.stderr
     assert {path.name for path in folder.iterdir()} == FILES
-    evaluated = cli("evaluate", str(folder), "--episodes", "25", "--json")
+    evaluated = invoke("evaluate", str(folder), "--episodes", "25", "--json")
     result = EvaluationRecord.model_validate_json(evaluated.stdout).result
     assert (result.kind, result.seeds) == ("learned", (0, 2))
     assert result.metrics.success.interval == "bootstrap-seeds"
@@ -98,7 +92,7 @@ def test_the_same_training_again_learns_the_same(run: Path, tmp_path: Path) -> N
 
 
 def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
-    said = cli("evaluate", str(run), "--episodes", "10").stdout
+    said = invoke("evaluate", str(run), "--episodes", "10").stdout
     assert "bootstrap over the 2 training seeds." in said
     assert said.count("\N{EN DASH}") == 2
 
@@ -209,7 +203,7 @@ def test_a_checkpoint_of_another_interface_is_refused(run: Path) -> None:
 def test_a_truncated_checkpoint_is_refused_in_one_line(run: Path, tmp_path: Path, size: int) -> None:
     path = tmp_path / "short.safetensors"
     path.write_bytes((run / "seed-0.safetensors").read_bytes()[:size])
-    result = cli("evaluate", str(path))
+    result = invoke("evaluate", str(path))
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1
     assert "short.safetensors" in result.stderr
