@@ -5,7 +5,7 @@ BIN := .venv/bin
 .PHONY: help bench test lint benchmark
 
 help:
-	@echo "make bench      train, score and compare the methods of the quick suite"
+	@echo "make bench      score the agents of the quick suite, print and write their leaderboard"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
 	@echo "make benchmark  measure the simulator's speed"

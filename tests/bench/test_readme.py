@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from hhrl_bench import leaderboard
+from hhrl_bench.records import MetricRecord
 from support.command_line import invoke
 
 ROOT = Path(__file__).parents[2]
@@ -40,3 +42,36 @@ def test_quick_commands_run(command: str, tmp_path: Path, monkeypatch: pytest.Mo
 def test_documentation_holds_the_commands_it_promises() -> None:
     verbs = {line.split()[1] for line in commands()}
     assert verbs == {"list", "evaluate", "watch", "run", "leaderboard", "train"}
+
+
+def test_the_results_table_says_what_the_published_leaderboard_holds() -> None:
+    board = leaderboard.read(ROOT / "leaderboards" / "quick.json")
+    text = (ROOT / "README.md").read_text()
+    rows = re.findall(r"^\| (Rule \d|flat Double DQN|Hybrid HRL)[^|]*\| (.*) \|$", text, re.MULTILINE)
+    assert len(rows) == len(board.results)
+    for (_, cells), result in zip(rows, board.results, strict=True):
+        assert cells.split(" | ") == [said(key, getattr(result.metrics, key)) for key in SHOWN]
+
+
+SHOWN = {
+    "return_option": "{:.2f}",
+    "return_action": "{:.2f}",
+    "steps": "{:.1f}",
+    "unsmooth": "{:.2f}",
+    "unsafe": "{:.2f}",
+    "collision": "{:.1%}",
+    "not_stop": "{:.1%}",
+    "timeout": "{:.1%}",
+    "success": "{:.1%}",
+}
+
+
+def said(key: str, metric: MetricRecord) -> str:
+    if metric.mean is None or metric.low is None or metric.high is None:
+        return "\N{EN DASH}"
+    interval = f" ({percent(metric.low)}, {percent(metric.high)})" if key == "success" else ""
+    return SHOWN[key].format(metric.mean) + interval
+
+
+def percent(share: float) -> str:
+    return f"{100 * share:.3g}" if share >= 0.9995 else f"{100 * share:.1f}"
