@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.table import Table
 
 from hhrl_agents import METHODS, RULES
+from hhrl_agents.files import require_writable
 from hhrl_bench import leaderboard
 from hhrl_bench.errors import AgentError
-from hhrl_bench.files import require_writable
 from hhrl_bench.loading import load_agent, shipped_methods
 from hhrl_bench.players import OPTIONS
 from hhrl_bench.progress import progress

@@ -21,7 +21,3 @@ class AgentError(InputError):
 
 class RecordError(InputError):
     """A leaderboard file that is not one."""
-
-
-class OutputError(InputError):
-    """An output path that must not or cannot be written."""

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from pydantic import ValidationError
 
+from hhrl_agents.files import write_atomically
 from hhrl_bench.errors import RecordError
-from hhrl_bench.files import write_atomically
 from hhrl_bench.loading import load_agents
 from hhrl_bench.provenance import provenance
 from hhrl_bench.records import SCHEMA_VERSION, LeaderboardRecord, ResultRecord, first_problem

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hhrl_bench.errors import OutputError
-from hhrl_bench.files import require_writable, write_atomically
+from hhrl_agents.files import OutputError, require_writable, write_atomically
 
 
 @dataclass(frozen=True, slots=True)

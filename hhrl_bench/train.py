@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hhrl_agents import METHODS, checkpoints
+from hhrl_agents.files import write_atomically
 from hhrl_agents.learned import LearnedAgent
 from hhrl_agents.learners import Learner, Progress
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import play
-from hhrl_bench.files import write_atomically
 from hhrl_bench.metrics import finite, means
 from hhrl_bench.provenance import provenance
 from hhrl_bench.run_directory import RunDirectory

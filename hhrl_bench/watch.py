@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from hhrl_agents import Agent
-from hhrl_bench.errors import OutputError, SeedError
+from hhrl_agents.files import OutputError, require_writable, write_atomically
+from hhrl_bench.errors import SeedError
 from hhrl_bench.evaluation import BATCH_ROWS
-from hhrl_bench.files import require_writable, write_atomically
 from hhrl_bench.players import Player
 from hhrl_bench.tasks import Task, get_task
 from hhrl_envs import Option, Outcome, Simulator, get_scenario

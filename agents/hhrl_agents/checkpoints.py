@@ -4,7 +4,6 @@ Its header holds the metadata as one JSON object, so that the same agent gives t
 """
 
 import json
-import os
 from collections.abc import Mapping
 from math import isfinite
 from pathlib import Path
@@ -15,6 +14,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save as to_bytes
 from torch import Tensor
 
+from hhrl_agents.files import write_atomically
 from hhrl_agents.learned import LearnedAgent, make_agent
 from hhrl_agents.methods import Method
 from hhrl_agents.networks import level_shapes
@@ -38,7 +38,7 @@ REQUIRED = (
 
 
 class CheckpointError(InputError):
-    """A checkpoint that cannot be written, or that is missing, damaged, foreign or of another interface."""
+    """A checkpoint that is missing, damaged, foreign or of another interface."""
 
 
 def save(path: Path, agent: LearnedAgent, metadata: Mapping[str, Any] | None = None) -> None:
@@ -47,17 +47,11 @@ def save(path: Path, agent: LearnedAgent, metadata: Mapping[str, Any] | None = N
     metadata: JSON data to keep beside the agent's own, which it may not replace.
 
     Raises:
-        CheckpointError: if it cannot be written; what stood at `path` is then still there.
+        OutputError: if it cannot be written; what stood at `path` is then still there.
     """
     entries = {**(metadata or {}), **agent.metadata, "format_version": FORMAT_VERSION}
     header = {FORMAT: json.dumps(entries, sort_keys=True, allow_nan=False)}
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_bytes(to_bytes(agent.parameters, header))
-        temporary.replace(path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise CheckpointError(f"cannot write checkpoint {path}: {error.strerror}") from error
+    write_atomically(path, to_bytes(agent.parameters, header))
 
 
 def load(path: Path) -> LearnedAgent:

@@ -12,6 +12,7 @@ from safetensors.torch import save_file
 
 from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.checkpoints import CheckpointError
+from hhrl_agents.files import OutputError
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
 from hhrl_agents.networks import level_shapes
 from hhrl_agents.parameters import ParameterStack
@@ -180,7 +181,7 @@ def test_a_failed_save_leaves_what_was(path: Path) -> None:
     before = path.read_bytes()
     with pytest.raises(ValueError, match="JSON"):
         checkpoints.save(path, agent_of("ddqn"), {"score": float("nan")})
-    with pytest.raises(CheckpointError, match="cannot write"):
+    with pytest.raises(OutputError, match="cannot write"):
         checkpoints.save(path.parent / "absent" / path.name, agent_of("ddqn"))
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]

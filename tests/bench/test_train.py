@@ -11,10 +11,11 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from hhrl_agents.files import OutputError  # noqa: E402
 from hhrl_agents.learned import LearnedAgent  # noqa: E402
 from hhrl_agents.learners import Learner  # noqa: E402
 from hhrl_bench import train as training  # noqa: E402
-from hhrl_bench.errors import AgentError, OutputError  # noqa: E402
+from hhrl_bench.errors import AgentError  # noqa: E402
 from hhrl_bench.evaluation import play as really_play  # noqa: E402
 from hhrl_bench.loading import load_agents  # noqa: E402
 from hhrl_bench.records import EvaluationRecord  # noqa: E402

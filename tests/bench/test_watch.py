@@ -8,9 +8,10 @@ import pytest
 from PIL import Image
 
 from hhrl_agents import RULES, Agent, Decision
+from hhrl_agents.files import OutputError
 from hhrl_bench import evaluate, strip
 from hhrl_bench.chart import Chart
-from hhrl_bench.errors import OutputError, SeedError
+from hhrl_bench.errors import SeedError
 from hhrl_bench.tasks import Task, get_task
 from hhrl_bench.watch import record, watch
 from hhrl_envs import InputError, Option, Outcome, extras, get_scenario

@@ -3,7 +3,11 @@
 import os
 from pathlib import Path
 
-from hhrl_bench.errors import OutputError
+from hhrl_envs.errors import InputError
+
+
+class OutputError(InputError):
+    """An output path that must not or cannot be written."""
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:

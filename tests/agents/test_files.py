@@ -2,8 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.errors import OutputError
-from hhrl_bench.files import require_writable, write_atomically
+from hhrl_agents.files import OutputError, require_writable, write_atomically
 
 
 def names(folder: Path) -> list[str]:
