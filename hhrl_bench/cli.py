@@ -19,6 +19,9 @@ HeldOption = Annotated[str | None, typer.Option("--option", metavar="[stop|follo
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
 
 
+INTERRUPTED = 130
+
+
 class OneLineErrors(TyperGroup):
     """A group of commands whose failures are one line on stderr and exit code 2, without a traceback."""
 
@@ -32,6 +35,8 @@ class OneLineErrors(TyperGroup):
                 raise
             typer.echo("hhrl-bench: " + " ".join(message.split()), err=True)
             code = 2
+        if code == INTERRUPTED:
+            typer.echo("hhrl-bench: interrupted; what was not finished was not written", err=True)
         sys.exit(code if isinstance(code, int) else 0)
 
 

@@ -1,5 +1,6 @@
 """Agents by name: registered rules and methods, checkpoints, run directories and users' factories."""
 
+import contextlib
 import hashlib
 import importlib
 import re
@@ -118,10 +119,11 @@ def _require_fit(metadata: Mapping[str, Any], scenario: Scenario, path: Path) ->
             f"{path} sees or acts otherwise than {scenario.id} asks: its interface hash is "
             f"{metadata['interface_hash']}, the scenario's {scenario.interface_hash}"
         )
-    if metadata["scenario"] == scenario.id and metadata["spec_hash"] != scenario.spec_hash:
+    trained_in = scenario if metadata["scenario"] == scenario.id else get_scenario(metadata["scenario"])
+    if metadata["spec_hash"] != trained_in.spec_hash:
         raise AgentError(
-            f"{path} was trained in another version of {scenario.id}: its spec hash is {metadata['spec_hash']}, "
-            f"this version's {scenario.spec_hash}; train it again"
+            f"{path} was trained in another version of {trained_in.id}: its spec hash is {metadata['spec_hash']}, "
+            f"this version's {trained_in.spec_hash}; train it again"
         )
 
 
@@ -130,7 +132,7 @@ def _call_factory(name: str, scenario: Scenario) -> Agent:
     make = getattr(_import(module), factory, None)
     if not callable(make):
         raise AgentError(f"module {module!r} has no callable {factory!r}; write module:factory")
-    agent = guarded(lambda: make(scenario), f"factory {name}")
+    agent = guarded(lambda: make(scenario), f"factory {name}, called with the scenario,")
     if not isinstance(agent, Agent):
         raise AgentError(f"{name} returned {type(agent).__name__}; return an agent: reset(mask) and act(observations)")
     return agent
@@ -141,6 +143,8 @@ def _import(module: str) -> ModuleType:
     if folder not in sys.path:
         sys.path.insert(0, folder)
     try:
-        return importlib.import_module(module)
-    except Exception as error:
-        raise AgentError(f"cannot import {module!r}: {type(error).__name__}: {error}") from error
+        with contextlib.redirect_stdout(sys.stderr):
+            return importlib.import_module(module)
+    except (Exception, SystemExit) as error:
+        hint = "write module:factory, the module as in an import statement; it is looked for in the current folder"
+        raise AgentError(f"cannot import {module!r}: {type(error).__name__}: {error}; {hint}") from error

@@ -1,5 +1,7 @@
 """Agents as the evaluation plays them: every decision checked, failures said in one line, an option held on request."""
 
+import contextlib
+import sys
 import traceback
 from collections.abc import Callable
 from pathlib import Path
@@ -52,16 +54,17 @@ class Player(NamedTuple):
 
 
 def guarded(call: Callable[[], Result], what: str) -> Result:
-    """Return what ``call`` returns.
+    """Return what ``call`` returns; what it prints goes to stderr, for stdout belongs to results.
 
     Raises:
         AgentError: in place of whatever else it raises, naming the error and the line it comes from.
     """
     try:
-        return call()
+        with contextlib.redirect_stdout(sys.stderr):
+            return call()
     except AgentError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         frame = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(frame.filename).name}, line {frame.lineno}"
         raise AgentError(f"the agent's {what} raised {type(error).__name__}: {error} ({where})") from error

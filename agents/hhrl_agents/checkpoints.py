@@ -78,7 +78,10 @@ def _read(path: Path) -> tuple[dict[str, str], dict[str, Tensor]]:
         with safe_open(path, framework="pt") as file:
             return file.metadata() or {}, {name: file.get_tensor(name).clone() for name in file.keys()}  # noqa: SIM118
     except (SafetensorError, OSError) as error:
-        raise CheckpointError(f"cannot load checkpoint {path}: not a whole safetensors file ({error})") from error
+        raise CheckpointError(
+            f"cannot load checkpoint {path}: not a whole safetensors file ({error}); "
+            "name one that hhrl-bench train has written"
+        ) from error
 
 
 def _metadata(header: Mapping[str, str]) -> dict[str, Any]:

@@ -245,3 +245,13 @@ except SystemExit:
 
 def test_help_waits_for_no_heavy_import(tmp_path: Path) -> None:
     assert process(folder=tmp_path, code=HELP_IMPORTS).stderr == "[]\n"
+
+
+def test_an_interrupt_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(**_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hhrl_bench.commands.list_agents", interrupted)
+    result = invoke("list", "agents")
+    assert result.exit_code == 130
+    assert result.stderr.strip() == "hhrl-bench: interrupted; what was not finished was not written"

@@ -167,3 +167,17 @@ def test_the_quick_suite_plays_every_shipped_method_and_the_papers_rules() -> No
 def test_an_unknown_suite_is_told_which_there_are() -> None:
     with pytest.raises(UnknownSuiteError, match="unknown suite 'slow'; known suites: quick"):
         get_suite("slow")
+
+
+def test_a_repeated_run_leaves_the_published_file_as_it_is(board: LeaderboardRecord, tmp_path: Path) -> None:
+    path = tmp_path / "quick.json"
+    leaderboard.write(board, path)
+    before = path.read_bytes()
+    again = board.model_copy(update={"provenance": board.provenance.model_copy(update={"command": "again"})})
+    leaderboard.write(again, path)
+    assert path.read_bytes() == before
+    leaderboard.write(board.model_copy(update={"suite": "other"}), path)
+    assert path.read_bytes() != before
+    path.write_text("{")
+    leaderboard.write(board, path)
+    assert path.read_bytes() == before

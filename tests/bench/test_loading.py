@@ -78,7 +78,7 @@ def test_a_factory_in_the_current_folder_is_called_with_the_scenario(folder: Pat
     [
         (
             "my_factories:crashing",
-            "factory my_factories:crashing raised RuntimeError: out of paint (my_factories.py, l",
+            "my_factories:crashing, called with the scenario, raised RuntimeError: out of paint (my_factories.py, l",
         ),
         ("my_factories:nothing", "my_factories:nothing returned NoneType; return an agent"),
         ("my_factories:value", "module 'my_factories' has no callable 'value'; write module:factory"),
@@ -127,3 +127,13 @@ def test_load_agent_knows_tasks_by_their_ids() -> None:
     assert load_agent("rule-1", "stop-line-v0").act is not None
     with pytest.raises(UnknownTaskError):
         load_agent("rule-1", "stop-line-v9")
+
+
+def test_a_factory_that_leaves_is_an_error_and_what_it_prints_is_no_result(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "leaving.py").write_text("import sys\nprint('hello')\ndef make(scenario):\n    sys.exit(5)\n")
+    assert "SystemExit: 5" in refused("leaving:make")
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == "hello\n"

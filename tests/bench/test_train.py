@@ -194,6 +194,13 @@ def test_a_checkpoint_of_another_version_of_the_scenario_is_refused_with_both_ha
     assert changed.spec_hash in str(caught.value)
 
 
+def test_a_checkpoint_that_names_another_scenario_than_its_hash_is_refused(run: Path, tmp_path: Path) -> None:
+    forged = (run / "seed-0.safetensors").read_bytes().replace(b"stop-line-v0", b"two-stops-v0")
+    (tmp_path / "forged.safetensors").write_bytes(forged)
+    with pytest.raises(AgentError, match="another version of two-stops-v0"):
+        load_agents(tmp_path / "forged.safetensors", SCENARIO)
+
+
 def test_a_checkpoint_of_another_interface_is_refused(run: Path) -> None:
     changed = replace(SCENARIO, id="other-v0", vehicle=replace(SCENARIO.vehicle, levels=(-4.0, 0.0, 2.0)))
     with pytest.raises(AgentError, match="interface hash"):
