@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
-from hhrl_envs.errors import InputError
+from hhrl_envs.errors import InputError, require_value
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,7 @@ class LearnerConfig:
         self._require("priority", self.priority in {"clip", "shift"}, "clip or shift")
 
     def _require(self, name: str, holds: bool, allowed: str) -> None:
-        if not holds:
-            raise InputError(f"{name} is {getattr(self, name)!r}; write {allowed}")
+        require_value(holds, name, repr(getattr(self, name)), allowed)
 
 
 @dataclass(frozen=True)

@@ -7,3 +7,9 @@ class InputError(ValueError):
 
 class UnknownScenarioError(InputError):
     """A scenario id that is not registered."""
+
+
+def require_value(holds: bool, name: str, value: object, allowed: str) -> None:
+    """Return nothing where ``holds``; else raise an ``InputError`` that names the value and what to write instead."""
+    if not holds:
+        raise InputError(f"{name} is {value}; write {allowed}")

@@ -14,7 +14,7 @@ import numpy as np
 
 from hhrl_envs import layout, observation
 from hhrl_envs.compiled import Floats
-from hhrl_envs.errors import InputError
+from hhrl_envs.errors import require_value
 from hhrl_envs.goals import Goal
 from hhrl_envs.options import Option
 from hhrl_envs.profiles import ProfileFamily, Range, family_table
@@ -23,13 +23,8 @@ GRAVITY = 9.81  # m/s^2
 WALKING_PACE = 1.4  # m/s; the speed at which a feasible episode leaves time to reach the freed stop zone
 
 
-def _require(holds: bool, name: str, value: object, allowed: str) -> None:
-    if not holds:
-        raise InputError(f"{name} is {value}; write {allowed}")
-
-
 def _require_range(name: str, value: Range, low: float, high: float = inf) -> None:
-    _require(low <= value[0] <= value[1] <= high, name, value, f"(low, high) with {low} <= low <= high <= {high}")
+    require_value(low <= value[0] <= value[1] <= high, name, value, f"(low, high) with {low} <= low <= high <= {high}")
 
 
 @dataclass(frozen=True)
@@ -48,22 +43,22 @@ class Vehicle:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        _require(
+        require_value(
             len(self.levels) >= 2 and list(self.levels) == sorted(set(self.levels)),
             "levels",
             self.levels,
             "at least two accelerations, ascending",
         )
-        _require(
+        require_value(
             self.levels[0] < 0.0 < self.levels[-1],
             "levels",
             self.levels,
             "levels from a brake below 0 to a throttle above 0",
         )
-        _require(0.0 <= self.lag < inf, "lag", self.lag, "seconds, 0 or more")
-        _require(0.0 < self.jerk_limit < inf, "jerk_limit", self.jerk_limit, "m/s^3 above 0")
-        _require(0.0 < self.max_decel < inf, "max_decel", self.max_decel, "m/s^2 above 0")
-        _require(0.0 < self.length < inf, "length", self.length, "metres above 0")
+        require_value(0.0 <= self.lag < inf, "lag", self.lag, "seconds, 0 or more")
+        require_value(0.0 < self.jerk_limit < inf, "jerk_limit", self.jerk_limit, "m/s^3 above 0")
+        require_value(0.0 < self.max_decel < inf, "max_decel", self.max_decel, "m/s^2 above 0")
+        require_value(0.0 < self.length < inf, "length", self.length, "metres above 0")
 
 
 @dataclass(frozen=True)
@@ -84,13 +79,15 @@ class Road:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        _require(0.0 < self.speed_limit < inf, "speed_limit", self.speed_limit, "m/s above 0")
-        _require(len(self.lines) <= 2, "lines", self.lines, "the positions of none, one or two stop-lines")
-        _require(all(0.0 <= line <= 500.0 for line in self.lines), "lines", self.lines, "positions within [0, 500]")
-        _require(list(self.lines) == sorted(set(self.lines)), "lines", self.lines, "positions in ascending order")
-        _require(0.0 < self.stop_zone < inf, "stop_zone", self.stop_zone, "metres above 0")
-        _require(0.0 < self.stop_speed < inf, "stop_speed", self.stop_speed, "m/s above 0")
-        _require(0.0 < self.friction <= 1.5, "friction", self.friction, "a coefficient in (0, 1.5]")
+        require_value(0.0 < self.speed_limit < inf, "speed_limit", self.speed_limit, "m/s above 0")
+        require_value(len(self.lines) <= 2, "lines", self.lines, "the positions of none, one or two stop-lines")
+        require_value(
+            all(0.0 <= line <= 500.0 for line in self.lines), "lines", self.lines, "positions within [0, 500]"
+        )
+        require_value(list(self.lines) == sorted(set(self.lines)), "lines", self.lines, "positions in ascending order")
+        require_value(0.0 < self.stop_zone < inf, "stop_zone", self.stop_zone, "metres above 0")
+        require_value(0.0 < self.stop_speed < inf, "stop_speed", self.stop_speed, "m/s above 0")
+        require_value(0.0 < self.friction <= 1.5, "friction", self.friction, "a coefficient in (0, 1.5]")
         _require_range("start_distance", self.start_distance, self.stop_zone, 500.0)
         _require_range("start_speed", self.start_speed, 0.0, self.speed_limit)
 
@@ -120,9 +117,11 @@ class Band:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        _require(0.0 <= self.low < self.high < inf, "low, high", (self.low, self.high), "metres with 0 <= low < high")
-        _require(0.0 <= self.headway < inf, "headway", self.headway, "seconds, 0 or more")
-        _require(0.0 < self.share <= 1.0, "share", self.share, "a share in (0, 1]")
+        require_value(
+            0.0 <= self.low < self.high < inf, "low, high", (self.low, self.high), "metres with 0 <= low < high"
+        )
+        require_value(0.0 <= self.headway < inf, "headway", self.headway, "seconds, 0 or more")
+        require_value(0.0 < self.share <= 1.0, "share", self.share, "a share in (0, 1]")
 
 
 @dataclass(frozen=True)
@@ -142,10 +141,12 @@ class Sensor:
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         for name in ("front_range", "line_range"):
-            _require(0.0 < getattr(self, name) <= 1000.0, name, getattr(self, name), "metres in (0, 1000]")
+            require_value(0.0 < getattr(self, name) <= 1000.0, name, getattr(self, name), "metres in (0, 1000]")
         for name in ("noise_distance", "noise_speed", "noise_accel"):
-            _require(0.0 <= getattr(self, name) < inf, name, getattr(self, name), "a standard deviation, 0 or more")
-        _require(0 <= self.delay <= 50, "delay", self.delay, "steps, 0 to 50")
+            require_value(
+                0.0 <= getattr(self, name) < inf, name, getattr(self, name), "a standard deviation, 0 or more"
+            )
+        require_value(0 <= self.delay <= 50, "delay", self.delay, "steps, 0 to 50")
 
     @property
     def perfect(self) -> bool:
@@ -168,13 +169,13 @@ class Traffic:
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         total = sum(self.count_shares)
-        _require(
+        require_value(
             min(self.count_shares, default=-1.0) >= 0.0 and abs(total - 1.0) < 1e-9,
             "count_shares",
             self.count_shares,
             "shares of 0, 1, 2, ... front vehicles that add up to 1",
         )
-        _require(len(self.families) > 0, "families", self.families, "at least one profile family")
+        require_value(len(self.families) > 0, "families", self.families, "at least one profile family")
         _require_range("gap", self.gap, 1.0)
         _require_range("speed", self.speed, 0.0)
 
@@ -205,8 +206,8 @@ class Reward:
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         for name in ("sigma_1", "sigma_2", "sigma_3", "sigma_4", "jerk_threshold", "timeout_scale"):
-            _require(0.0 <= getattr(self, name) < inf, name, getattr(self, name), "a number, 0 or more")
-        _require(0.0 < self.safe_gap < inf, "safe_gap", self.safe_gap, "metres above 0")
+            require_value(0.0 <= getattr(self, name) < inf, name, getattr(self, name), "a number, 0 or more")
+        require_value(0.0 < self.safe_gap < inf, "safe_gap", self.safe_gap, "metres above 0")
 
 
 @dataclass(frozen=True)
@@ -233,19 +234,19 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning or that contradict each other."""
-        _require(0.0 < self.dt <= 1.0, "dt", self.dt, "seconds in (0, 1]")
-        _require(self.horizon >= 1, "horizon", self.horizon, "a number of steps, at least 1")
-        _require(0.0 < self.route_end < inf, "route_end", self.route_end, "metres above 0")
+        require_value(0.0 < self.dt <= 1.0, "dt", self.dt, "seconds in (0, 1]")
+        require_value(self.horizon >= 1, "horizon", self.horizon, "a number of steps, at least 1")
+        require_value(0.0 < self.route_end < inf, "route_end", self.route_end, "metres above 0")
         lines, goal = self.road.lines, self.goal
-        _require(goal != Goal.STOP or len(lines) > 0, "lines", lines, "at least one line for goal STOP")
-        _require(goal != Goal.FOLLOW or len(lines) == 0, "lines", lines, "no line for goal FOLLOW")
-        _require(
+        require_value(goal != Goal.STOP or len(lines) > 0, "lines", lines, "at least one line for goal STOP")
+        require_value(goal != Goal.FOLLOW or len(lines) == 0, "lines", lines, "no line for goal FOLLOW")
+        require_value(
             goal != Goal.FOLLOW or self.traffic.count_shares[0] == 0.0,
             "count_shares",
             self.traffic.count_shares,
             "a first share of 0 for goal FOLLOW: there must be somebody to follow",
         )
-        _require(
+        require_value(
             self.signal is None or (goal == Goal.PASS and len(lines) == 1),
             "signal",
             self.signal,

@@ -16,7 +16,7 @@ from hhrl_envs import layout
 from hhrl_envs.batch import EPISODE, SEED, new_batch, new_results
 from hhrl_envs.beginning import begin_rows
 from hhrl_envs.compiled import Codes, Floats, Floats32, Ints, Keys
-from hhrl_envs.errors import InputError
+from hhrl_envs.errors import InputError, require_value
 from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.profiles import describe
 from hhrl_envs.scenario import Scenario
@@ -37,8 +37,7 @@ class Simulator:
 
     def __init__(self, scenario: Scenario, num_rows: int, threads: int = 1) -> None:
         for name, value in (("num_rows", num_rows), ("threads", threads)):
-            if value < 1:
-                raise InputError(f"{name} is {value}; write a number of {name.removeprefix('num_')}, at least 1")
+            require_value(value >= 1, name, value, f"a number of {name.removeprefix('num_')}, at least 1")
         self.scenario, self.num_rows = scenario, num_rows
         self._batch, self._results = new_batch(scenario, 1, num_rows), new_results(1, num_rows)
         self.steps, self.feasible = self._batch.steps, self._batch.feasible
