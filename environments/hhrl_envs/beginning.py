@@ -1,41 +1,115 @@
-"""The beginning of episodes: draw a world, decide its feasibility, show its first observation."""
+"""The beginning of episodes: draw a world, decide its feasibility, show its first observation.
 
-from hhrl_envs.batch import EPISODE, SEED, Batch, Results
-from hhrl_envs.compiled import Flags, as_row, kernel
-from hhrl_envs.feasibility import is_feasible
+A row's STATUS says how far its beginning is: nothing is due, the next episode is WAITING, its world is to be DRAWN,
+its feasibility is OPEN because the cheap bounds do not decide it, or it is DECIDED.
+"""
+
+import numpy as np
+
+from hhrl_envs import layout as at
+from hhrl_envs.blocks import locate
+from hhrl_envs.compiled import Floats, Keys, inner, kernel, unsigned
+from hhrl_envs.feasibility import surely_clears, surely_survives, verdict
 from hhrl_envs.outcomes import RUNNING
-from hhrl_envs.showing import measure_truth, show
+from hhrl_envs.stepping import WAITING, drive
 from hhrl_envs.streams import stream
 from hhrl_envs.worlds import draw_world
 
-MAX_ATTEMPTS = 1000
+BEGUN, TO_DRAW, OPEN, DECIDED = 0.0, 2.0, 3.0, 4.0
+SEED, EPISODE = 0, 1
+WORLD = unsigned(0)  # purpose of the stream that a world's own streams come from
 
 
 @kernel
-def begin_row(b: Batch, feasible_only: bool, i: int) -> bool:
-    """Put row ``i`` at the start of its current episode and return whether that is feasible.
+def begin_rows(
+    m: Floats, c: Floats, keys: Keys, counts: Floats, families: Floats, rows: int, low: int, high: int
+) -> int:
+    """Begin the episodes that are due in the blocks from low to high and return how many of them are still OPEN."""
+    still_open = 0
+    for row in range(unsigned(low * at.LANES), unsigned(min(high * at.LANES, rows))):
+        s, a, r = locate(row // unsigned(at.LANES), c)
+        lane = row % unsigned(at.LANES)
+        if m[r + at.STATUS + lane] != BEGUN:
+            begin_row(m, s + lane, a + lane, r + lane, keys, row, c, counts, families)
+            still_open += m[r + at.STATUS + lane] == OPEN
+    return still_open
 
-    With ``feasible_only`` worlds are drawn anew, each attempt from streams of its own, until one is.
+
+@inner
+def begin_row(
+    m: Floats, s: int, a: int, r: int, keys: Keys, row: int, c: Floats, counts: Floats, families: Floats
+) -> None:
+    """Bring the beginning of a row as far as it goes without driving its world ahead."""
+    if m[r + at.STATUS] == WAITING:
+        keys[EPISODE, row] += np.uint64(1)
+        m[r + at.ATTEMPT] = 0.0
+    if m[r + at.STATUS] <= TO_DRAW:
+        world = stream(keys[SEED, row], keys[EPISODE, row], unsigned(m[r + at.ATTEMPT]), WORLD)
+        fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, counts, families)
+        decided = surely_clears(m, s, fronts, c) and surely_survives(m, s, c)
+        m[r + at.FEASIBLE], m[r + at.STEPS] = 1.0, 0.0
+        m[r + at.STATUS] = DECIDED if decided else OPEN
+    if m[r + at.STATUS] == DECIDED:
+        m[r + at.STATUS] = BEGUN
+        for agent in range(unsigned(c[at.AGENTS])):
+            m[a + agent * at.AGENT + at.OUTCOME] = RUNNING
+            m[a + agent * at.AGENT + at.LIVE] = 0.0
+
+
+@kernel
+def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> None:
+    """Decide the OPEN rows of the blocks from low to high by driving their worlds ahead, many at a time.
+
+    Where only feasible worlds are wanted, an infeasible one is to be drawn anew.
     """
-    for attempt in range(MAX_ATTEMPTS):
-        key = stream(b.keys[SEED, i], b.keys[EPISODE, i], attempt, 0)
-        fronts = draw_world(b.state, b.profile, b.rows, i, key, b.keys[EPISODE, i], b.c, b.counts, b.families)
-        feasible = is_feasible(b.state, b.profile, b.rows, fronts, i, b.c)
-        if feasible or not feasible_only:
-            return feasible
-    return False
+    trial, tried = np.empty(locate(unsigned(1), c)[0]), np.empty(at.LANES, np.uint64)
+    lanes, end = 0, min(high * at.LANES, rows)
+    for row in range(low * at.LANES, end):
+        _, _, r = locate(unsigned(row // at.LANES), c)
+        if m[r + at.STATUS + unsigned(row % at.LANES)] == OPEN:
+            copy_row(m, unsigned(row), trial, unsigned(lanes), c)
+            tried[lanes] = row
+            lanes += 1
+        if (lanes == at.LANES) | (row == end - 1):
+            drive_ahead(trial, c, unsigned(lanes))
+            for lane in range(lanes):
+                note_verdict(m, tried[lane], trial, unsigned(lane), c)
+            lanes = 0
 
 
-@kernel
-def begin_rows(b: Batch, chosen: Flags, out: Results, feasible_only: bool, low: int, high: int) -> None:
-    """Put the chosen rows, bool [row], from low to high at the start of their current episodes, with reward 0."""
-    for i in range(as_row(low), as_row(high)):
-        if chosen[i]:
-            b.feasible[i] = begin_row(b, feasible_only, i)
-            b.steps[i] = 0
-            for agent in range(out.ended.shape[0]):
-                out.ended[agent, i] = RUNNING
-                for field in range(out.rewards.shape[0]):
-                    out.rewards[field, agent, i] = 0.0
-            measure_truth(b, i, i + as_row(1))
-            show(b, out, i, i + as_row(1))
+@inner
+def copy_row(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> None:
+    """Copy a row to a lane of the only block of ``trial``."""
+    source = locate(row // unsigned(at.LANES), c)[0] + row % unsigned(at.LANES)
+    for field in range(trial.size // at.LANES):
+        trial[lane + unsigned(field * at.LANES)] = m[source + unsigned(field * at.LANES)]
+
+
+@inner
+def note_verdict(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> None:
+    """Take over what was found out about a row in a lane of ``trial``."""
+    r = locate(row // unsigned(at.LANES), c)[2] + row % unsigned(at.LANES)
+    feasible = trial[locate(unsigned(0), c)[2] + at.FEASIBLE + lane]
+    again = (c[at.FEASIBLE_ONLY] != 0.0) & (feasible == 0.0)
+    m[r + at.FEASIBLE] = feasible
+    m[r + at.ATTEMPT] += 1.0 if again else 0.0
+    m[r + at.STATUS] = TO_DRAW if again else DECIDED
+
+
+@inner
+def drive_ahead(trial: Floats, c: Floats, lanes: int) -> None:
+    """Drive the first lanes of a block under full braking until the feasibility of every one is decided."""
+    s, a, r = locate(unsigned(0), c)
+    for i in range(lanes):
+        trial[a + at.TARGET + i] = c[at.EGO_MIN_ACCEL]
+        trial[r + at.FEASIBLE + i] = -1.0
+    undecided = lanes > 0
+    while undecided:
+        undecided = False
+        for i in range(lanes):
+            if trial[r + at.FEASIBLE + i] < 0.0:
+                trial[r + at.FEASIBLE + i] = verdict(trial, s + i, r + i, c)
+                undecided |= trial[r + at.FEASIBLE + i] < 0.0
+            trial[r + at.STEPS + i] += 1.0
+        if undecided:
+            drive(trial, s, a, r, c, lanes)

@@ -16,10 +16,10 @@ Keys = NDArray[np.uint64]
 Codes = NDArray[np.int8]
 Flags = NDArray[np.bool_]
 
-as_row = cast(Callable[[int], int], np.uint64)
-"""Makes a row number unsigned: a signed one might be negative, and wrapping it around keeps loops from vectorising."""
-
 F = TypeVar("F", bound=Callable[..., object])
+
+unsigned = cast(Callable[[float], int], np.uint64)
+"""Makes an index unsigned; see ``layout`` for why."""
 
 
 def _digest_sources() -> str:
@@ -30,15 +30,20 @@ def _digest_sources() -> str:
 _SOURCES = _digest_sources()
 
 
-def kernel(function: F) -> F:
+def kernel(function: F, **options: bool) -> F:
     """Return ``function`` compiled: cached on disk, without the interpreter lock, with exact IEEE arithmetic.
 
     ``error_model="numpy"`` lets a division by zero give inf instead of an exception, without which no loop with a
     division would vectorise. ``fastmath`` stays off: the same bits on every machine, in every batch.
     """
-    compiled: Any = njit(cache=True, nogil=True, error_model="numpy")(function)
+    compiled: Any = njit(cache=True, nogil=True, error_model="numpy", **options)(function)
     # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and
     # the old physics would run on: date it by all sources of the package.
     entries = compiled._cache._cache_file  # noqa: SLF001
     entries._source_stamp = (entries._source_stamp, _SOURCES)  # noqa: SLF001
     return cast(F, compiled)
+
+
+def inner(function: F) -> F:
+    """Return ``function`` compiled as a part of other kernels; without a wrapper for Python it compiles faster."""
+    return kernel(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)

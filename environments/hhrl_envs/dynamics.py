@@ -1,30 +1,45 @@
 """The longitudinal motion of agents: target accelerations, one first-order actuator, no reverse gear."""
 
-from hhrl_envs import layout
-from hhrl_envs.compiled import Floats, kernel
+from hhrl_envs import layout as at
+from hhrl_envs.compiled import Floats, inner
 
 
-@kernel
-def actuate(accel: float, target: float, c: Floats) -> float:
-    """Return the next acceleration: a first-order lag towards ``target``, within the jerk limit and the road's grip."""
-    change = (target - accel) * float(c[layout.LAG_GAIN])
-    most, grip = float(c[layout.JERK_STEP]), float(c[layout.GRIP])
-    return min(max(accel + min(max(change, -most), most), -grip), grip)
+@inner
+def actuate(accel: float, target: float, gain: float, most: float, grip: float) -> float:
+    """Return the next acceleration: a first-order lag towards ``target``, within the jerk limit and the road's grip.
+
+    ``gain`` is the share of the way to the target that a step covers, ``most`` the largest change in a step.
+    """
+    return min(max(accel + min(max((target - accel) * gain, -most), most), -grip), grip)
 
 
-@kernel
-def drive_agent(state: Floats, targets: Floats, k: int, c: Floats, low: int, high: int) -> None:
-    """Advance the agent in slot ``k`` of rows low to high by one step towards its target accelerations, float64 [row].
+@inner
+def drive_agent(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
+    """Advance the vehicles of record ``s`` by one step towards the target accelerations of the agents of record ``a``.
 
     The speed stays within [0, speed limit]; the acceleration kept is the one realised. The position follows the
     trapezoidal rule, so that it is exact for a constant acceleration.
     """
-    dt, per_dt, limit = c[layout.DT], c[layout.PER_DT], c[layout.SPEED_LIMIT]
-    for i in range(low, high):
-        before, speed = state[layout.ACCEL, k, i], state[layout.SPEED, k, i]
-        moved = min(max(speed + actuate(before, targets[i], c) * dt, 0.0), limit)
+    dt, per_dt, limit = c[at.DT], c[at.PER_DT], c[at.SPEED_LIMIT]
+    gain, most, grip = c[at.LAG_GAIN], c[at.JERK_STEP], c[at.GRIP]
+    for i in range(lanes):
+        before, speed = m[s + at.ACCEL + i], m[s + at.SPEED + i]
+        moved = min(max(speed + actuate(before, m[a + at.TARGET + i], gain, most, grip) * dt, 0.0), limit)
         accel = (moved - speed) * per_dt
-        state[layout.POSITION, k, i] += 0.5 * (speed + moved) * dt
-        state[layout.SPEED, k, i] = moved
-        state[layout.ACCEL, k, i] = accel
-        state[layout.JERK, k, i] = (accel - before) * per_dt
+        m[s + at.POSITION + i] += 0.5 * (speed + moved) * dt
+        m[s + at.SPEED + i] = moved
+        m[s + at.ACCEL + i] = accel
+        m[s + at.JERK + i] = (accel - before) * per_dt
+
+
+@inner
+def braking_distance(speed: float, c: Floats) -> float:
+    """Return the metres that an agent with ``speed`` and no acceleration covers under full braking until it stands."""
+    brake, gain, most, grip = c[at.EGO_MIN_ACCEL], c[at.LAG_GAIN], c[at.JERK_STEP], c[at.GRIP]
+    covered, accel = 0.0, 0.0
+    while speed > 0.0:
+        moved = max(speed + actuate(accel, brake, gain, most, grip) * c[at.DT], 0.0)
+        accel = (moved - speed) * c[at.PER_DT]
+        covered += 0.5 * (speed + moved) * c[at.DT]
+        speed = moved
+    return covered

@@ -2,8 +2,8 @@
 
 from enum import IntEnum
 
-from hhrl_envs import layout
-from hhrl_envs.compiled import Floats, Ints, kernel
+from hhrl_envs import layout as at
+from hhrl_envs.compiled import Floats, inner
 from hhrl_envs.layout import APPROACHING, DWELLING, FAR
 
 
@@ -18,33 +18,38 @@ class Goal(IntEnum):
 STOP, PASS, FOLLOW = (int(goal) for goal in Goal)
 
 
-@kernel
-def switch_signals(state: Floats, rows: Floats, steps: Ints, c: Floats, low: int, high: int) -> None:
-    """Take the line away from every vehicle of the rows whose signal has turned green; who waited there starts anew."""
-    for i in range(low, high):
-        if steps[i] * c[layout.DT] >= rows[layout.GREEN_AT, i]:
-            for k in range(state.shape[1]):
-                if state[layout.PHASE, k, i] == DWELLING:
-                    state[layout.STANDING, k, i] = 0.0
-                    state[layout.PHASE, k, i] = APPROACHING
-                state[layout.LINE, k, i] = FAR
+@inner
+def switch_signals(m: Floats, first: int, slots: int, r: int, c: Floats, lanes: int) -> None:
+    """Take the line away from every vehicle of the rows whose signal has turned green; who waited there starts anew.
+
+    ``first`` is the ego's record, ``r`` that of the rows.
+    """
+    for i in range(lanes):
+        if m[r + at.STEPS + i] * c[at.DT] >= m[r + at.GREEN_AT + i]:
+            for k in range(slots):
+                s = first + k * at.VEHICLE + i
+                if m[s + at.PHASE] == DWELLING:
+                    m[s + at.STANDING] = 0.0
+                    m[s + at.PHASE] = APPROACHING
+                m[s + at.LINE] = FAR
 
 
-@kernel
-def finish_stops(state: Floats, k: int, c: Floats, low: int, high: int) -> None:
-    """Make the next line active where agent ``k`` has completed a stop at one that is not the last."""
-    zone, slow, last = c[layout.STOP_ZONE], c[layout.STOP_SPEED], c[layout.LAST_LINE]
-    for i in range(low, high):
-        line = state[layout.LINE, k, i]
-        d_d = line - state[layout.POSITION, k, i]
-        stopped = (d_d >= 0.0) & (d_d <= zone) & (state[layout.SPEED, k, i] < slow)
-        state[layout.LINE, k, i] = last if stopped & (line < last) else line
+@inner
+def finish_stops(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Make the next line active where the vehicles of record ``s`` have completed a stop at one that is not the last."""
+    zone, slow, last = c[at.STOP_ZONE], c[at.STOP_SPEED], c[at.LAST_LINE]
+    for i in range(lanes):
+        line = m[s + at.LINE + i]
+        d_d = line - m[s + at.POSITION + i]
+        stopped = (d_d >= 0.0) & (d_d <= zone) & (m[s + at.SPEED + i] < slow)
+        m[s + at.LINE + i] = last if stopped & (line < last) else line
 
 
-@kernel
-def keep_band(state: Floats, rows: Floats, c: Floats, low: int, high: int) -> None:
+@inner
+def keep_band(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     """Count the steps in which the ego's gap lies within the band: BAND_LOW to BAND_HIGH + BAND_HEADWAY * v_f."""
-    for i in range(low, high):
-        gap = state[layout.POSITION, 1, i] - c[layout.LENGTH] - state[layout.POSITION, 0, i]
-        widest = c[layout.BAND_HIGH] + c[layout.BAND_HEADWAY] * state[layout.SPEED, 1, i]
-        rows[layout.KEPT, i] += 1.0 if (gap >= c[layout.BAND_LOW]) & (gap <= widest) else 0.0
+    leader = s + at.VEHICLE
+    for i in range(lanes):
+        gap = m[leader + at.POSITION + i] - c[at.LENGTH] - m[s + at.POSITION + i]
+        widest = c[at.BAND_HIGH] + c[at.BAND_HEADWAY] * m[leader + at.SPEED + i]
+        m[r + at.KEPT + i] += 1.0 if (gap >= c[at.BAND_LOW]) & (gap <= widest) else 0.0

@@ -1,42 +1,62 @@
-"""The rows of the packed arrays that the compiled kernels work on.
+"""Where the numbers of a batch lie in memory, and the scenario's numbers in their array.
 
-Every array keeps the batch last, so that a loop over rows reads and writes contiguous memory. Slot 0 is the ego, slot
-k its k-th front vehicle (nearest first); the slot after the last vehicle is a sentinel that drives far down the road,
-so that every vehicle has a leader and no loop needs a special case. The agents are the first slots, so an agent's
-number is its slot.
+The memory of a batch is one float64 array of blocks, each block the numbers of ``LANES`` rows. A block is a sequence of
+records: one for every vehicle, one for every agent, one for the rows themselves; a record is a sequence of fields, and a
+field holds one number for each lane. ``memory[record + FIELD + lane]`` is therefore how a kernel reads and writes: with
+all distances known when it is compiled, its loops over lanes vectorise, and a block stays in the fast caches.
+
+Slot 0 is the ego, slot k its k-th front vehicle (nearest first); the slot after the last vehicle is a sentinel that
+drives far down the road, so that every vehicle has a leader and no loop needs a special case. The agents are the first
+slots, so an agent's number is its slot.
+
+Field offsets and records are unsigned: a signed index might be negative, and wrapping it around keeps loops from
+vectorising.
 """
 
-# The state of vehicles, float64 [field, slot, row]. LINE is the position of the vehicle's active stop-line.
-POSITION, SPEED, ACCEL, JERK, LINE, PHASE, STANDING, SLOWING, NEXT_SLOW = range(9)
-STATE_SIZE = 9
+from collections.abc import Iterator
+from typing import cast
+
+import numpy as np
+
+LANES = 128
+
+
+def _fields(count: int, first: int = 0) -> Iterator[int]:
+    """Yield the offsets of ``count`` fields, as unsigned integers."""
+    return (cast(int, np.uint64(field * LANES)) for field in range(first, first + count))
+
+
+# A vehicle's state. LINE is the position of its active stop-line.
+POSITION, SPEED, ACCEL, JERK, LINE, PHASE, STANDING, SLOWING, NEXT_SLOW = _fields(9)
+# The behaviour profile of a front vehicle; names and units stand in ``profiles``, PROFILE is where it begins.
+DESIRED_SPEED, HEADWAY, MAX_ACCEL, COMFORT_DECEL, MIN_GAP = _fields(5, 9)
+LINE_DECEL, STOP_POSITION, LINE_SPEED, DWELL, START_DELAY = _fields(5, 14)
+SLOW_AT, SLOW_DECEL, SLOW_TIME, SLOW_EVERY = _fields(4, 19)
+STYLE, FAMILY, PER_DESIRED_SPEED, INTERACTION = _fields(4, 23)
+(VEHICLE,) = _fields(1, 27)
+PROFILE = DESIRED_SPEED
 
 # Phases of a scripted vehicle, stored as floats in PHASE.
 APPROACHING, BRAKING, DWELLING, LEAVING = 0.0, 1.0, 2.0, 3.0
 
-# The profiles of front vehicles, float64 [field, slot, row]; names and units stand in ``profiles``.
-DESIRED_SPEED, HEADWAY, MAX_ACCEL, COMFORT_DECEL, MIN_GAP = range(5)
-LINE_DECEL, STOP_POSITION, LINE_SPEED, DWELL, START_DELAY = range(5, 10)
-SLOW_AT, SLOW_DECEL, SLOW_TIME, SLOW_EVERY = range(10, 14)
-STYLE, FAMILY, PER_DESIRED_SPEED, INTERACTION = range(14, 18)
-PROFILE_SIZE = 18
+# What an agent aims at, whether it was running when the step began, and its outcome if it ended just now.
+TARGET, LIVE, FRESH = _fields(3)
+# What it measures, in the order of Eq. (state); see ``observation``.
+V_E, A_E, J_E, D_F, V_F, A_F, D_FC, FC_RATIO, D_D, D_DC, DC_RATIO = _fields(11, 3)
+MEASURED = V_E
+# The signed terms of its reward; then what a step hands out: r^task, r^option and r^action of every option, and its
+# outcome.
+TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = _fields(8, 14)
+TERMS, TERMS_SIZE = TIME, 8
+TASK, OPTION_SSL, OPTION_FFV, ACTION_SSL, ACTION_FFV, OUTCOME = _fields(6, 22)
+RESULTS, RESULTS_SIZE = TASK, 6
+(AGENT,) = _fields(1, 28)
 
-# What holds for a whole row, float64 [field, row].
-GREEN_AT, KEPT = range(2)
-ROW_SIZE = 2
-
-# What an agent can measure, float64 [field, agent, row]: first the base quantities, then those of Eq. (dis).
-V_E, A_E, J_E, D_F, V_F, A_F, D_D = range(7)
-BASE_SIZE = 7
-D_FC, FC_RATIO, D_DC, DC_RATIO = range(7, 11)
-MEASURED_SIZE = 11
-
-# The results of a step, float64 [field, agent, row]: reward terms first, then their sums.
-TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = range(8)
-TERMS_SIZE = 8
-REWARD_TASK = 8
-REWARD_OPTION = 9  # and 10: one row an option
-REWARD_ACTION = 11  # and 12
-RESULTS_SIZE = 13
+# What holds for a whole row: the time of the green light, steps within the band, steps done, whether an agent is
+# running, whether the episode is
+# feasible, how far its beginning is (see ``beginning``), and how often its world was drawn anew.
+GREEN_AT, KEPT, STEPS, RUNNING, FEASIBLE, STATUS, ATTEMPT = _fields(7)
+(ROW,) = _fields(1, 7)
 
 # The scenario's numbers, float64 [field].
 DT, PER_DT, HORIZON, LENGTH, LAG_GAIN, JERK_STEP, EGO_MIN_ACCEL, GRIP = range(8)
@@ -49,6 +69,7 @@ GAP_LOW, GAP_HIGH, FRONT_SPEED_LOW, FRONT_SPEED_HIGH = range(31, 35)
 SIGNAL, GREEN_LOW, GREEN_HIGH = range(35, 38)
 NOISE_SPEED, NOISE_ACCEL, NOISE_DISTANCE = range(38, 41)
 BAND_LOW, BAND_HIGH, BAND_HEADWAY, BAND_SHARE = range(41, 45)
-CONSTANTS_SIZE = 45
+FEASIBLE_ONLY, SLOTS, AGENTS = range(45, 48)
+CONSTANTS_SIZE = 48
 
 FAR = 1.0e6  # m; where absent vehicles drive and where a line stands that does not exist

@@ -20,8 +20,8 @@ back the float32 SI value exactly.
 
 import numpy as np
 
-from hhrl_envs import layout
-from hhrl_envs.compiled import Floats, Floats32, kernel
+from hhrl_envs import layout as at
+from hhrl_envs.compiled import Floats, Floats32, inner, unsigned
 
 V_E, A_E, J_E, D_F, V_F, A_F, D_FC, FC_RATIO, D_D, D_DC, DC_RATIO = range(11)
 SIZE = 11
@@ -29,9 +29,8 @@ SYMBOLS = ("v_e", "a_e", "j_e", "d_f", "v_f", "a_f", "d_fc", "d_fc/d_fs", "d_d",
 UNITS = ("m/s", "m/s^2", "m/s^3", "m", "m/s", "m/s^2", "m", "1", "m", "m", "1")
 
 _SPEED, _ACCEL, _JERK, _DISTANCE, _RATIO = 1 / 16, 1 / 8, 1 / 64, 1 / 64, 1 / 4
-SCALES: Floats32 = np.array(
-    [_SPEED, _ACCEL, _JERK, _DISTANCE, _SPEED, _ACCEL, _DISTANCE, _RATIO, _DISTANCE, _DISTANCE, _RATIO], np.float32
-)
+_SCALES = (_SPEED, _ACCEL, _JERK, _DISTANCE, _SPEED, _ACCEL, _DISTANCE, _RATIO, _DISTANCE, _DISTANCE, _RATIO)
+SCALES: Floats32 = np.array(_SCALES, np.float32)
 
 
 def to_si(observations: Floats32) -> Floats32:
@@ -39,20 +38,10 @@ def to_si(observations: Floats32) -> Floats32:
     return observations / SCALES
 
 
-@kernel
-def observe(measured: Floats, out: Floats32, k: int, low: int, high: int) -> None:
-    """Write the observations of agent ``k`` in rows low to high into ``out``, float32 [11, agent, row]."""
-    for i in range(low, high):
-        out[V_E, k, i] = measured[layout.V_E, k, i] * _SPEED
-        out[A_E, k, i] = measured[layout.A_E, k, i] * _ACCEL
-        out[J_E, k, i] = measured[layout.J_E, k, i] * _JERK
-        out[D_F, k, i] = measured[layout.D_F, k, i] * _DISTANCE
-    for i in range(low, high):
-        out[V_F, k, i] = measured[layout.V_F, k, i] * _SPEED
-        out[A_F, k, i] = measured[layout.A_F, k, i] * _ACCEL
-        out[D_FC, k, i] = measured[layout.D_FC, k, i] * _DISTANCE
-        out[FC_RATIO, k, i] = measured[layout.FC_RATIO, k, i] * _RATIO
-    for i in range(low, high):
-        out[D_D, k, i] = measured[layout.D_D, k, i] * _DISTANCE
-        out[D_DC, k, i] = measured[layout.D_DC, k, i] * _DISTANCE
-        out[DC_RATIO, k, i] = measured[layout.DC_RATIO, k, i] * _RATIO
+@inner
+def observe(m: Floats, a: int, out: Floats32, agent: int, first: int, lanes: int) -> None:
+    """Write the observations of the agents of record ``a`` into ``out``, float32 [11, agent, row], from row ``first``."""
+    for index in range(SIZE):
+        measured, scale = a + at.MEASURED + unsigned(index * at.LANES), _SCALES[index]
+        for i in range(lanes):
+            out[index, agent, first + i] = m[measured + i] * scale

@@ -2,8 +2,8 @@
 
 from enum import IntEnum
 
-from hhrl_envs import layout
-from hhrl_envs.compiled import Codes, Floats, Ints, kernel
+from hhrl_envs import layout as at
+from hhrl_envs.compiled import Floats, inner
 from hhrl_envs.goals import FOLLOW, PASS, STOP
 
 
@@ -22,40 +22,30 @@ class Outcome(IntEnum):
     REAR_ENDED = 5
 
 
-RUNNING, COLLISION, NOT_STOP, SUCCESS, TIMEOUT, REAR_ENDED = (int(outcome) for outcome in Outcome)
+RUNNING, COLLISION, NOT_STOP, SUCCESS, TIMEOUT, REAR_ENDED = (float(outcome) for outcome in Outcome)
 
 
-@kernel
-def judge(
-    state: Floats,
-    rows: Floats,
-    steps: Ints,
-    before: Codes,
-    ended: Codes,
-    fresh: Codes,
-    k: int,
-    c: Floats,
-    low: int,
-    high: int,
-) -> None:
-    """Write the outcome of agent ``k`` into ``ended``; one that had ended ``before`` keeps its outcome.
+@inner
+def judge(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
+    """Write the outcomes of the agents of record ``a``; those that had ended before the step keep theirs.
 
-    ``fresh`` is the outcome of those that end in this very step, so that an ending is rewarded once. All are int8
-    [agent, row].
+    FRESH is the outcome of those that end in this very step, so that an ending is rewarded once. ``s`` is the record
+    of the agents' vehicles, ``r`` that of the rows.
     """
-    length, zone, slow, horizon = c[layout.LENGTH], c[layout.STOP_ZONE], c[layout.STOP_SPEED], c[layout.HORIZON]
-    stops, passes, follows = c[layout.GOAL] == STOP, c[layout.GOAL] == PASS, c[layout.GOAL] == FOLLOW
-    last, end, needed = c[layout.LAST_LINE], c[layout.ROUTE_END], c[layout.BAND_SHARE] * horizon
-    for i in range(low, high):
-        x, line = state[layout.POSITION, k, i], state[layout.LINE, k, i]
-        d_f = state[layout.POSITION, k + 1, i] - length - x
-        late = steps[i] >= horizon
-        stopped = stops & (line == last) & (line - x <= zone) & (state[layout.SPEED, k, i] < slow)
-        followed = follows & late & (rows[layout.KEPT, i] >= needed)
+    length, zone, slow, horizon = c[at.LENGTH], c[at.STOP_ZONE], c[at.STOP_SPEED], c[at.HORIZON]
+    stops, passes, follows = c[at.GOAL] == STOP, c[at.GOAL] == PASS, c[at.GOAL] == FOLLOW
+    last, end, needed = c[at.LAST_LINE], c[at.ROUTE_END], c[at.BAND_SHARE] * horizon
+    leader = s + at.VEHICLE
+    for i in range(lanes):
+        x, line = m[s + at.POSITION + i], m[s + at.LINE + i]
+        d_f = m[leader + at.POSITION + i] - length - x
+        late = m[r + at.STEPS + i] >= horizon
+        stopped = stops & (line == last) & (line - x <= zone) & (m[s + at.SPEED + i] < slow)
+        followed = follows & late & (m[r + at.KEPT + i] >= needed)
         outcome = TIMEOUT if late else RUNNING
         outcome = SUCCESS if stopped | followed | (passes & (x > end)) else outcome
         outcome = NOT_STOP if x > line else outcome
         outcome = COLLISION if d_f <= 0.0 else outcome
-        running = before[k, i] == RUNNING
-        fresh[k, i] = outcome if running else RUNNING
-        ended[k, i] = outcome if running else before[k, i]
+        live = m[a + at.LIVE + i] != 0.0
+        m[a + at.FRESH + i] = outcome if live else RUNNING
+        m[a + at.OUTCOME + i] = outcome if live else m[a + at.OUTCOME + i]

@@ -24,23 +24,23 @@ Range = tuple[float, float]
 
 STYLES = ("full", "rolling", "runs")
 
-PARAMETERS: dict[str, tuple[int, str]] = {
-    "desired_speed": (layout.DESIRED_SPEED, "m/s"),
-    "headway": (layout.HEADWAY, "s"),
-    "max_accel": (layout.MAX_ACCEL, "m/s^2"),
-    "comfort_decel": (layout.COMFORT_DECEL, "m/s^2"),
-    "min_gap": (layout.MIN_GAP, "m"),
-    "line_decel": (layout.LINE_DECEL, "m/s^2"),
-    "stop_position": (layout.STOP_POSITION, "m before the line"),
-    "line_speed": (layout.LINE_SPEED, "m/s at the line"),
-    "dwell": (layout.DWELL, "s"),
-    "start_delay": (layout.START_DELAY, "s"),
-    "slow_at": (layout.SLOW_AT, "m before the line"),
-    "slow_decel": (layout.SLOW_DECEL, "m/s^2"),
-    "slow_time": (layout.SLOW_TIME, "s"),
-    "slow_every": (layout.SLOW_EVERY, "m"),
+PARAMETERS: dict[str, str] = {
+    "desired_speed": "m/s",
+    "headway": "s",
+    "max_accel": "m/s^2",
+    "comfort_decel": "m/s^2",
+    "min_gap": "m",
+    "line_decel": "m/s^2",
+    "stop_position": "m before the line",
+    "line_speed": "m/s at the line",
+    "dwell": "s",
+    "start_delay": "s",
+    "slow_at": "m before the line",
+    "slow_decel": "m/s^2",
+    "slow_time": "s",
+    "slow_every": "m",
 }
-"""Name of every profile parameter: its row in the packed profile array, and its unit."""
+"""Name and unit of every profile parameter, in the order of the fields of a vehicle's record from PROFILE on."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def family_table(families: tuple[ProfileFamily, ...]) -> Floats:
     table = np.empty((len(families), FAMILY_TABLE_WIDTH))
     weights = np.cumsum([family.weight for family in families])
     for row, family in enumerate(families):
-        for name, (column, _) in PARAMETERS.items():
+        for column, name in enumerate(PARAMETERS):
             table[row, 2 * column : 2 * column + 2] = getattr(family, name)
         table[row, -5] = weights[row] / weights[-1]
         table[row, -4] = family.slow_chance
@@ -118,12 +118,10 @@ def family_table(families: tuple[ProfileFamily, ...]) -> Floats:
 
 
 def describe(profile: Floats, families: tuple[ProfileFamily, ...]) -> dict[str, float | str]:
-    """Return one vehicle's profile, float64 [PROFILE_SIZE], as a readable dict: family, stop style, every parameter."""
-    drawn: dict[str, float | str] = {
-        "family": families[int(profile[layout.FAMILY])].name,
-        "style": STYLES[int(profile[layout.STYLE])],
-    }
-    drawn.update({name: float(profile[row]) for name, (row, _) in PARAMETERS.items()})
+    """Return a profile, float64 [field] from PROFILE on, as a readable dict: family, stop style, every parameter."""
+    style, family = (int(profile[int(field - layout.PROFILE) // layout.LANES]) for field in (layout.STYLE, layout.FAMILY))
+    drawn: dict[str, float | str] = {"family": families[family].name, "style": STYLES[style]}
+    drawn.update(zip(PARAMETERS, profile.tolist(), strict=False))
     return drawn
 
 

@@ -21,18 +21,17 @@ An unselected sub-goal that fails is the option level's fault, the selected one 
 sub-goals, k- stands for all the others.
 """
 
-from hhrl_envs import layout
-from hhrl_envs.compiled import Codes, Floats, kernel
+from hhrl_envs import layout as at
+from hhrl_envs.compiled import Floats, inner
 from hhrl_envs.outcomes import COLLISION as COLLIDED
 from hhrl_envs.outcomes import NOT_STOP as RAN_LINE
 from hhrl_envs.outcomes import SUCCESS as SUCCEEDED
 from hhrl_envs.outcomes import TIMEOUT as TIMED_OUT
 
-TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV = layout.TIME, layout.UNSMOOTH, layout.UNSAFE_SSL, layout.UNSAFE_FFV
-COLLISION, NOT_STOP, TIMEOUT, SUCCESS = layout.COLLISION, layout.NOT_STOP, layout.TIMEOUT, layout.SUCCESS
+TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = range(at.TERMS_SIZE)
 
 
-@kernel
+@inner
 def unsafe_exp(x: float) -> float:
     """Return exp(x) for x clipped to [0, 1], by the Taylor series of exp(x/4) raised to the fourth power.
 
@@ -54,55 +53,41 @@ def unsafe_exp(x: float) -> float:
     return s * s
 
 
-@kernel
-def step_terms(measured: Floats, live: Floats, results: Floats, k: int, c: Floats, low: int, high: int) -> None:
-    """Write the four terms of every step; ``live`` is 1 for agents that were running when the step began, else 0."""
-    threshold, both = c[layout.JERK_THRESHOLD], c[layout.POSITIVE_JERK_ONLY] == 0.0
-    for i in range(low, high):
-        jerk = measured[layout.J_E, k, i]
+@inner
+def unsafety(distance: float, ratio: float) -> float:
+    """Return the penalty of one sub-goal: -exp(-ratio) where the critical distance is negative, else 0."""
+    penalty = unsafe_exp(-ratio)
+    return -penalty if distance < 0.0 else 0.0
+
+
+@inner
+def reward(m: Floats, a: int, c: Floats, lanes: int) -> None:
+    """Write the terms of the agents of record ``a``, and r^task, r^option and r^action of every option.
+
+    Agents that were not running when the step began earn nothing; an ending is rewarded in the step in which it
+    happens.
+    """
+    threshold, both = c[at.JERK_THRESHOLD], c[at.POSITIVE_JERK_ONLY] == 0.0
+    per_step, per_jerk, timeout_scale = -c[at.SIGMA_1], -c[at.SIGMA_2], -c[at.TIMEOUT_SCALE]
+    per_collision, per_success = -c[at.SIGMA_3], c[at.SIGMA_4]
+    for i in range(lanes):
+        live, fresh = m[a + at.LIVE + i], m[a + at.FRESH + i]
+        jerk, speed, d_d = m[a + at.J_E + i], m[a + at.V_E + i], m[a + at.D_D + i]
         large = (jerk > threshold) | (both & (jerk < -threshold))
-        results[TIME, k, i] = -c[layout.SIGMA_1] * live[i]
-        results[UNSMOOTH, k, i] = -c[layout.SIGMA_2] * live[i] if large else 0.0
-    for i in range(low, high):
-        penalty = unsafe_exp(-measured[layout.DC_RATIO, k, i])
-        results[UNSAFE_SSL, k, i] = -penalty * live[i] if measured[layout.D_DC, k, i] < 0.0 else 0.0
-    for i in range(low, high):
-        penalty = unsafe_exp(-measured[layout.FC_RATIO, k, i])
-        results[UNSAFE_FFV, k, i] = -penalty * live[i] if measured[layout.D_FC, k, i] < 0.0 else 0.0
+        time, unsmooth = per_step * live, per_jerk * live if large else 0.0
+        unsafe_ssl = unsafety(m[a + at.D_DC + i], m[a + at.DC_RATIO + i]) * live
+        unsafe_ffv = unsafety(m[a + at.D_FC + i], m[a + at.FC_RATIO + i]) * live
+        collision = per_collision if fresh == COLLIDED else 0.0
+        not_stop = -speed * speed if fresh == RAN_LINE else 0.0
+        timeout = timeout_scale * d_d * d_d if fresh == TIMED_OUT else 0.0
+        success = per_success if fresh == SUCCEEDED else 0.0
+        m[a + at.TIME + i], m[a + at.UNSMOOTH + i] = time, unsmooth
+        m[a + at.UNSAFE_SSL + i], m[a + at.UNSAFE_FFV + i] = unsafe_ssl, unsafe_ffv
+        m[a + at.COLLISION + i], m[a + at.NOT_STOP + i] = collision, not_stop
+        m[a + at.TIMEOUT + i], m[a + at.SUCCESS + i] = timeout, success
 
-
-@kernel
-def ending_terms(measured: Floats, fresh: Codes, results: Floats, k: int, c: Floats, low: int, high: int) -> None:
-    """Write the four terms of the agents that ended in this step; ``fresh`` is their outcome, int8 [agent, row]."""
-    for i in range(low, high):
-        speed, d_d = measured[layout.V_E, k, i], measured[layout.D_D, k, i]
-        results[NOT_STOP, k, i] = -speed * speed if fresh[k, i] == RAN_LINE else 0.0
-        results[TIMEOUT, k, i] = -c[layout.TIMEOUT_SCALE] * d_d * d_d if fresh[k, i] == TIMED_OUT else 0.0
-    for i in range(low, high):
-        results[COLLISION, k, i] = -c[layout.SIGMA_3] if fresh[k, i] == COLLIDED else 0.0
-        results[SUCCESS, k, i] = c[layout.SIGMA_4] if fresh[k, i] == SUCCEEDED else 0.0
-
-
-@kernel
-def combine(results: Floats, k: int, low: int, high: int) -> None:
-    """Write r^task, r^option and r^action of every option from the terms."""
-    for i in range(low, high):
-        sr = results[TIME, k, i] + results[TIMEOUT, k, i] + results[SUCCESS, k, i]
-        ssl = results[UNSAFE_SSL, k, i] + results[NOT_STOP, k, i]
-        ffv = results[UNSAFE_FFV, k, i] + results[COLLISION, k, i]
-        smooth = sr + results[UNSMOOTH, k, i]
-        results[layout.REWARD_TASK, k, i] = smooth + ssl + ffv
-        results[layout.REWARD_OPTION, k, i] = sr + ffv
-        results[layout.REWARD_OPTION + 1, k, i] = sr + ssl
-        results[layout.REWARD_ACTION, k, i] = smooth + ssl
-        results[layout.REWARD_ACTION + 1, k, i] = smooth + ffv
-
-
-@kernel
-def reward(
-    measured: Floats, live: Floats, fresh: Codes, results: Floats, k: int, c: Floats, low: int, high: int
-) -> None:
-    """Write the terms and rewards of agent ``k``, float64 [RESULTS_SIZE, agent, row], from the true measurements."""
-    step_terms(measured, live, results, k, c, low, high)
-    ending_terms(measured, fresh, results, k, c, low, high)
-    combine(results, k, low, high)
+        sr = time + timeout + success
+        ssl, ffv, smooth = unsafe_ssl + not_stop, unsafe_ffv + collision, sr + unsmooth
+        m[a + at.TASK + i] = smooth + ssl + ffv
+        m[a + at.OPTION_SSL + i], m[a + at.OPTION_FFV + i] = sr + ffv, sr + ssl
+        m[a + at.ACTION_SSL + i], m[a + at.ACTION_FFV + i] = smooth + ssl, smooth + ffv

@@ -283,11 +283,12 @@ class Scenario:
         }
         return _digest(sets)
 
-    def constants(self) -> Floats:
+    def constants(self, agents: int = 1) -> Floats:
         """Return the scenario's numbers as the kernels' packed array, float64 [CONSTANTS_SIZE]."""
         c = np.zeros(layout.CONSTANTS_SIZE)
         for place, value in self._numbers().items():
             c[place] = value
+        c[layout.FEASIBLE_ONLY], c[layout.SLOTS], c[layout.AGENTS] = self.feasible_only, self.num_vehicles + 1, agents
         return c
 
     def _numbers(self) -> dict[int, float]:

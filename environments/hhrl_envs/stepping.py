@@ -1,70 +1,110 @@
-"""One step of a slice of rows, in its visible order."""
+"""One step of a batch, in its visible order."""
 
-from hhrl_envs import layout
-from hhrl_envs.batch import LIVE, TARGET, Batch, Results
-from hhrl_envs.compiled import Codes, Ints, as_row, kernel
+from hhrl_envs import layout as at
+from hhrl_envs.blocks import locate
+from hhrl_envs.compiled import Floats, Floats32, Ints, inner, kernel, unsigned
 from hhrl_envs.dynamics import drive_agent
 from hhrl_envs.goals import FOLLOW, finish_stops, keep_band, switch_signals
+from hhrl_envs.observation import observe
 from hhrl_envs.outcomes import RUNNING, judge
 from hhrl_envs.rewards import reward
-from hhrl_envs.showing import measure_truth, show
+from hhrl_envs.sensing import measure
 from hhrl_envs.traffic import drive_slot
 
-BLOCK = as_row(256)  # rows whose arrays fit the fast caches
+WAITING = 1.0  # in STATUS: the row's episode is over, the next one is due
 
 
 @kernel
-def prepare(b: Batch, actions: Ints, before: Codes, low: int, high: int) -> None:
-    """Look up the target accelerations, note which rows are running and count their step."""
-    for i in range(low, high):
-        running = before[0, i] == RUNNING
-        b.scratch[LIVE, i] = 1.0 if running else 0.0
-        b.steps[i] += 1 if running else 0
-    for i in range(low, high):
-        b.scratch[TARGET, i] = b.levels[actions[i]]
+def aim(m: Floats, c: Floats, actions: Ints, levels: Floats, rows: int) -> int:
+    """Make ``actions``, int64 [agent, row], the agents' targets and return -1.
 
-
-@kernel
-def drive(b: Batch, low: int, high: int) -> None:
-    """Switch the signals, then move everybody by one step, from the front of the queue to its back."""
-    if b.c[layout.SIGNAL] != 0.0:
-        switch_signals(b.state, b.rows, b.steps, b.c, low, high)
-    for k in range(b.state.shape[1] - 2, 0, -1):
-        drive_slot(b.state, b.profile, k, b.c, low, high)
-    drive_agent(b.state, b.scratch[TARGET], 0, b.c, low, high)
-    if b.c[layout.GOAL] == FOLLOW:
-        keep_band(b.state, b.rows, b.c, low, high)
-
-
-@kernel
-def judge_and_reward(b: Batch, before: Codes, out: Results, low: int, high: int) -> None:
-    """Write outcomes and rewards from the truth, then move the active line on where a stop was completed."""
-    measure_truth(b, low, high)
-    judge(b.state, b.rows, b.steps, before, out.ended, b.fresh, 0, b.c, low, high)
-    reward(b.measured, b.scratch[LIVE], b.fresh, out.rewards, 0, b.c, low, high)
-    if b.c[layout.FIRST_LINE] < b.c[layout.LAST_LINE]:
-        finish_stops(b.state, 0, b.c, low, high)
-
-
-@kernel
-def advance_rows(b: Batch, actions: Ints, before: Codes, out: Results, low: int, high: int) -> None:
-    """Advance rows low to high by one step; those that had ended ``before`` keep their outcome and earn nothing."""
-    for start in range(as_row(low), as_row(high), BLOCK):
-        stop = min(start + BLOCK, as_row(high))
-        prepare(b, actions, before, start, stop)
-        drive(b, start, stop)
-        judge_and_reward(b, before, out, start, stop)
-        show(b, out, start, stop)
-
-
-@kernel
-def bad_action(actions: Ints, levels: int) -> int:
-    """Return the position of the first action outside 0 to ``levels`` - 1, or -1."""
-    worst = False
-    for i in range(actions.size):
-        worst |= (actions[i] < 0) | (actions[i] >= levels)
-    if worst:
-        for i in range(actions.size):
-            if (actions[i] < 0) | (actions[i] >= levels):
-                return i
+    If one is no level nothing is changed, and its place among all of them is returned.
+    """
+    for agent in range(actions.shape[0]):
+        for row in range(rows):
+            if (actions[agent, row] < 0) | (actions[agent, row] >= levels.size):
+                return agent * rows + row
+    for agent in range(actions.shape[0]):
+        for row in range(rows):
+            a = locate(unsigned(row // at.LANES), c)[1] + unsigned(agent) * at.AGENT
+            m[a + at.TARGET + unsigned(row % at.LANES)] = levels[actions[agent, row]]
     return -1
+
+
+@inner
+def prepare(m: Floats, a: int, r: int, c: Floats, lanes: int) -> None:
+    """Note who is running, count the steps of rows where somebody is, and call the others WAITING."""
+    for i in range(lanes):
+        m[r + at.RUNNING + i] = 0.0
+    for _ in range(unsigned(c[at.AGENTS])):
+        for i in range(lanes):
+            live = 1.0 if m[a + at.OUTCOME + i] == RUNNING else 0.0
+            m[a + at.LIVE + i] = live
+            m[r + at.RUNNING + i] = max(m[r + at.RUNNING + i], live)
+        a += at.AGENT
+    for i in range(lanes):
+        m[r + at.STEPS + i] += m[r + at.RUNNING + i]
+        m[r + at.STATUS + i] = WAITING * (1.0 - m[r + at.RUNNING + i])
+
+
+@inner
+def drive(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
+    """Switch signals and lines, then move everybody by one step, from the front of the queue to its back."""
+    slots = unsigned(c[at.SLOTS])
+    if c[at.SIGNAL] != 0.0:
+        switch_signals(m, s, slots, r, c, lanes)
+    if c[at.FIRST_LINE] < c[at.LAST_LINE]:
+        finish_stops(m, s, c, lanes)
+    for behind in range(slots - unsigned(2)):
+        drive_slot(m, s + (slots - unsigned(2) - behind) * at.VEHICLE, c, lanes)
+    drive_agent(m, s, a, c, lanes)
+    if c[at.GOAL] == FOLLOW:
+        keep_band(m, s, r, c, lanes)
+
+
+@inner
+def show(
+    m: Floats, s: int, a: int, r: int, c: Floats,
+    observations: Floats32, results: Floats, agent: int, first: int, lanes: int,
+) -> int:  # fmt: skip
+    """Judge and reward one agent in each lane, hand out what it gets, and return how many of them have ended.
+
+    The results go to the rows from ``first`` of ``observations``, float32 [11, agent, row], and of ``results``, float64
+    [RESULTS_SIZE, agent, row]. Doing it again without a step in between changes nothing.
+    """
+    measure(m, s, a, c, lanes)
+    judge(m, s, a, r, c, lanes)
+    reward(m, a, c, lanes)
+    observe(m, a, observations, agent, first, lanes)
+    for field in range(at.RESULTS_SIZE):
+        place = a + at.RESULTS + unsigned(field * at.LANES)
+        for i in range(lanes):
+            results[field, agent, first + i] = m[place + i]
+    ended = 0
+    for i in range(lanes):
+        ended += m[a + at.OUTCOME + i] != RUNNING
+    return ended
+
+
+@kernel
+def advance_rows(
+    m: Floats, c: Floats, observations: Floats32, results: Floats,
+    moving: bool, showing: bool, rows: int, low: int, high: int,
+) -> int:  # fmt: skip
+    """Move the blocks from low to high by one step, show their agents what has come of it, or both in this order.
+
+    Return how many agents have ended, if it is shown. Those that had ended before keep their outcome and earn nothing.
+    """
+    ended = 0
+    for block in range(unsigned(low), unsigned(high)):
+        s, a, r = locate(block, c)
+        first = block * unsigned(at.LANES)
+        lanes = min(unsigned(at.LANES), unsigned(rows) - first)
+        if moving:
+            prepare(m, a, r, c, lanes)
+            drive(m, s, a, r, c, lanes)
+        if showing:
+            for agent in range(unsigned(c[at.AGENTS])):
+                place, own = s + agent * at.VEHICLE, a + agent * at.AGENT
+                ended += show(m, place, own, r, c, observations, results, agent, first, lanes)
+    return ended

@@ -7,7 +7,7 @@ generators.
 
 import numpy as np
 
-from hhrl_envs.compiled import kernel
+from hhrl_envs.compiled import inner, kernel, unsigned
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -16,25 +16,26 @@ _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(
 _TO_UNIT = 1.0 / 9007199254740992.0  # 2**-53
 
 
-@kernel
-def absorb(key: np.uint64, part: np.uint64 | int) -> np.uint64:
-    """Return the 64-bit key that follows ``key`` when the integer ``part`` is absorbed."""
-    z = (key ^ np.uint64(part)) + _GOLDEN
+@inner
+def absorb(key: np.uint64, part: np.uint64) -> np.uint64:
+    """Return the 64-bit key that follows ``key`` when ``part`` is absorbed."""
+    z = (key ^ part) + _GOLDEN
     z = (z ^ (z >> _S30)) * _MIX_1
     z = (z ^ (z >> _S27)) * _MIX_2
     return z ^ (z >> _S31)
 
 
 @kernel
-def stream(seed: np.uint64, episode: np.uint64 | int, vehicle: int, purpose: int) -> np.uint64:
+def stream(seed: np.uint64 | int, episode: np.uint64 | int, vehicle: int, purpose: int) -> np.uint64:
     """Return the 64-bit key of one named stream."""
-    return absorb(absorb(absorb(absorb(_GOLDEN, seed), episode), vehicle), purpose)
+    key = absorb(absorb(_GOLDEN, np.uint64(seed)), np.uint64(episode))
+    return absorb(absorb(key, np.uint64(vehicle)), np.uint64(purpose))
 
 
 @kernel
 def unit(key: np.uint64, index: int) -> float:
     """Return draw ``index`` of a stream, uniform in [0, 1)."""
-    return np.float64(absorb(key, index) >> _S11) * _TO_UNIT
+    return np.float64(absorb(key, np.uint64(index)) >> _S11) * _TO_UNIT
 
 
 @kernel
@@ -43,10 +44,10 @@ def between(key: np.uint64, index: int, low: float, high: float) -> float:
     return low + (high - low) * unit(key, index)
 
 
-@kernel
+@inner
 def normal(key: np.uint64, index: int) -> float:
     """Return draw ``index`` of a stream, nearly standard normal: the sum of twelve uniforms less six, so within +-6."""
     total = -6.0
     for part in range(12):
-        total += unit(key, 12 * index + part)
+        total += unit(key, unsigned(12 * index + part))
     return total

@@ -10,8 +10,8 @@ leader, so that scripted vehicles never overlap.
 
 from math import sqrt
 
-from hhrl_envs import layout
-from hhrl_envs.compiled import Floats, kernel
+from hhrl_envs import layout as at
+from hhrl_envs.compiled import Floats, inner
 from hhrl_envs.layout import APPROACHING, BRAKING, DWELLING, FAR, LEAVING
 
 HARDEST_DECEL = 9.0  # m/s^2; what a scripted vehicle brakes with at most on a dry road
@@ -22,7 +22,7 @@ STANDSTILL = 0.01  # m/s; slower is standing, else IDM would creep for ever, dow
 CLOSEST = 0.1  # m; floor of distances in denominators
 
 
-@kernel
+@inner
 def idm(
     v: float,
     v_leader: float,
@@ -45,13 +45,13 @@ def idm(
     return accel * (1.0 - square * square - crowding * crowding)
 
 
-@kernel
+@inner
 def needed_decel(v: float, v_line: float, distance: float) -> float:
     """Return the constant deceleration that brings speed ``v`` to ``v_line`` within ``distance``."""
     return (v * v - v_line * v_line) / (2.0 * max(distance, CLOSEST))
 
 
-@kernel
+@inner
 def safe_speed(v: float, gap: float, v_leader: float, dt: float, hardest: float) -> float:
     """Return the largest next speed from which a stop behind the leader stays possible at ``hardest`` deceleration b.
 
@@ -63,23 +63,7 @@ def safe_speed(v: float, gap: float, v_leader: float, dt: float, hardest: float)
     return sqrt(max(half * half + room, 0.0)) - half
 
 
-@kernel
-def pass_places(state: Floats, profile: Floats, k: int, c: Floats, low: int, high: int) -> None:
-    """Begin a slow-down where slot ``k`` reaches the place of one, and the next line where its rear has passed one."""
-    dt, length, last = c[layout.DT], c[layout.LENGTH], c[layout.LAST_LINE]
-    for i in range(low, high):
-        place, slowing = state[layout.NEXT_SLOW, k, i], state[layout.SLOWING, k, i] - dt
-        reached = state[layout.POSITION, k, i] >= place
-        state[layout.SLOWING, k, i] = profile[layout.SLOW_TIME, k, i] if reached else slowing
-        state[layout.NEXT_SLOW, k, i] = place + profile[layout.SLOW_EVERY, k, i] if reached else place
-    for i in range(low, high):
-        line, phase = state[layout.LINE, k, i], state[layout.PHASE, k, i]
-        passed = state[layout.POSITION, k, i] - length > line
-        state[layout.PHASE, k, i] = APPROACHING if passed else phase
-        state[layout.LINE, k, i] = (last if line < last else FAR) if passed else line
-
-
-@kernel
+@inner
 def next_phase(
     phase: float, v: float, to_stop: float, needed: float, line_decel: float, full: bool, rested: bool
 ) -> float:
@@ -93,38 +77,50 @@ def next_phase(
     return heading if phase <= BRAKING else resting
 
 
-@kernel
-def drive_slot(state: Floats, profile: Floats, k: int, c: Floats, low: int, high: int) -> None:
-    """Advance the scripted vehicles in slot ``k`` of rows low to high by one step; their leaders have moved already."""
-    dt, per_dt, length = c[layout.DT], c[layout.PER_DT], c[layout.LENGTH]
-    hardest = min(HARDEST_DECEL, c[layout.GRIP])
-    for i in range(low, high):
-        x, v, standing = state[layout.POSITION, k, i], state[layout.SPEED, k, i], state[layout.STANDING, k, i]
-        gap, v_leader = state[layout.POSITION, k + 1, i] - length - x, state[layout.SPEED, k + 1, i]
-        v_line, line_decel = profile[layout.LINE_SPEED, k, i], profile[layout.LINE_DECEL, k, i]
+@inner
+def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Advance the scripted vehicles of record ``s`` by one step; their leaders, in the next record, have moved already.
 
-        to_stop, full = state[layout.LINE, k, i] - profile[layout.STOP_POSITION, k, i] - x, v_line == 0.0
+    At the end a slow-down begins where the place of one is reached, and where a vehicle's rear has passed a line the
+    next line becomes active.
+    """
+    dt, per_dt, length, last = c[at.DT], c[at.PER_DT], c[at.LENGTH], c[at.LAST_LINE]
+    hardest = min(HARDEST_DECEL, c[at.GRIP])
+    leader = s + at.VEHICLE
+    for i in range(lanes):
+        x, v, standing = m[s + at.POSITION + i], m[s + at.SPEED + i], m[s + at.STANDING + i]
+        gap, v_leader = m[leader + at.POSITION + i] - length - x, m[leader + at.SPEED + i]
+        v_line, line_decel, line = m[s + at.LINE_SPEED + i], m[s + at.LINE_DECEL + i], m[s + at.LINE + i]
+
+        to_stop, full = line - m[s + at.STOP_POSITION + i] - x, v_line == 0.0
         needed = needed_decel(v, v_line, to_stop)
-        rested = standing >= profile[layout.DWELL, k, i]
-        phase = next_phase(state[layout.PHASE, k, i], v, to_stop, needed, line_decel, full, rested)
+        rested = standing >= m[s + at.DWELL + i]
+        phase = next_phase(m[s + at.PHASE + i], v, to_stop, needed, line_decel, full, rested)
         dwelling = phase == DWELLING
 
         a = idm(
-            v, v_leader, gap, profile[layout.PER_DESIRED_SPEED, k, i], profile[layout.HEADWAY, k, i],
-            profile[layout.MAX_ACCEL, k, i], profile[layout.INTERACTION, k, i], profile[layout.MIN_GAP, k, i],
+            v, v_leader, gap, m[s + at.PER_DESIRED_SPEED + i], m[s + at.HEADWAY + i],
+            m[s + at.MAX_ACCEL + i], m[s + at.INTERACTION + i], m[s + at.MIN_GAP + i],
         )  # fmt: skip
         for_line = max(needed, line_decel) if full & (to_stop <= ARRIVED) else needed
         a = min(a, -for_line) if phase == BRAKING else a
-        a = min(a, -profile[layout.SLOW_DECEL, k, i]) if state[layout.SLOWING, k, i] > 0.0 else a
+        slowing = m[s + at.SLOWING + i]
+        a = min(a, -m[s + at.SLOW_DECEL + i]) if slowing > 0.0 else a
         starting = (a > 0.0) | dwelling
-        held = (v == 0.0) & (dwelling | (standing < profile[layout.START_DELAY, k, i]))
+        held = (v == 0.0) & (dwelling | (standing < m[s + at.START_DELAY + i]))
         a = 0.0 if held else max(a, -hardest)
 
         moved = min(v + a * dt, safe_speed(v, gap, v_leader, dt, hardest))
         moved = moved if moved >= STANDSTILL else 0.0
-        state[layout.POSITION, k, i] = x + 0.5 * (v + moved) * dt
-        state[layout.SPEED, k, i] = moved
-        state[layout.ACCEL, k, i] = (moved - v) * per_dt
-        state[layout.STANDING, k, i] = standing + dt if (moved == 0.0) & starting else 0.0
-        state[layout.PHASE, k, i] = phase
-    pass_places(state, profile, k, c, low, high)
+        x = x + 0.5 * (v + moved) * dt
+        m[s + at.POSITION + i] = x
+        m[s + at.SPEED + i] = moved
+        m[s + at.ACCEL + i] = (moved - v) * per_dt
+        m[s + at.STANDING + i] = standing + dt if (moved == 0.0) & starting else 0.0
+
+        place = m[s + at.NEXT_SLOW + i]
+        reached, passed = x >= place, x - length > line
+        m[s + at.SLOWING + i] = m[s + at.SLOW_TIME + i] if reached else slowing - dt
+        m[s + at.NEXT_SLOW + i] = place + m[s + at.SLOW_EVERY + i] if reached else place
+        m[s + at.PHASE + i] = APPROACHING if passed else phase
+        m[s + at.LINE + i] = (last if line < last else FAR) if passed else line

@@ -16,6 +16,8 @@ from hhrl_envs.scenario import Scenario
 from hhrl_envs.simulator import Simulator
 from hhrl_envs.views import Info, action_space, observation_space
 
+RUNNING, TIMEOUT = int(Outcome.RUNNING), int(Outcome.TIMEOUT)
+
 Batch = tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]
 
 
@@ -63,11 +65,11 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArra
         simulator = self.simulator
         simulator.step(actions, autoreset=True)
         outcomes = simulator.outcomes
-        truncations = outcomes == Outcome.TIMEOUT
+        truncations = outcomes == TIMEOUT
         infos = {
             "reward_option": simulator.reward_option,
             "reward_action": simulator.reward_action,
             "outcome": outcomes,
         }
-        terminations = (outcomes != Outcome.RUNNING) & ~truncations
+        terminations = (outcomes != RUNNING) ^ truncations
         return simulator.observations, simulator.rewards, terminations, truncations, infos

@@ -8,120 +8,121 @@ from math import sqrt
 
 import numpy as np
 
-from hhrl_envs import layout
-from hhrl_envs.compiled import Floats, kernel
+from hhrl_envs import layout as at
+from hhrl_envs.compiled import Floats, inner, unsigned
 from hhrl_envs.layout import APPROACHING, FAR
 from hhrl_envs.streams import between, stream, unit
 from hhrl_envs.traffic import HARDEST_DECEL, needed_decel
 
-COUNT, START, PROFILE, GREEN = range(4)  # purposes of the streams
-STYLE_DRAW, SLOW_DRAW, FAMILY_DRAW = 100, 101, 102  # draw indices beside those of the parameters
-PARAMETERS = layout.SLOW_EVERY + 1
+EGO = unsigned(0)
+COUNT, START, PROFILE, GREEN = (unsigned(purpose) for purpose in range(4))  # of the streams
+FIRST, SECOND = unsigned(0), unsigned(1)  # draw indices
+STYLE_DRAW, SLOW_DRAW, FAMILY_DRAW = unsigned(100), unsigned(101), unsigned(102)  # beside those of the parameters
+STATE, PARAMETERS, ALL = 9, 14, 27  # fields of a vehicle's record
 FULL, ROLLING, RUNS = range(3)
 EASY_DECEL = 3.0  # m/s^2; initial speeds leave every follower this comfortable a stop
 SHORT_HEADWAY = 1.0  # s; initial speeds above the leader's leave every follower this much time
 
 
-@kernel
-def draw_profile(profile: Floats, k: int, i: int, key: np.uint64, families: Floats) -> None:
-    """Draw the behaviour profile of slot ``k`` in row ``i``."""
+@inner
+def draw_profile(m: Floats, s: int, key: np.uint64, families: Floats) -> None:
+    """Draw the behaviour profile of the vehicle ``s``, a record plus a lane."""
     choice = unit(key, FAMILY_DRAW)
     family = 0
     while choice >= families[family, -5]:
         family += 1
     for p in range(PARAMETERS):
-        profile[p, k, i] = between(key, p, families[family, 2 * p], families[family, 2 * p + 1])
+        drawn = between(key, unsigned(p), families[family, 2 * p], families[family, 2 * p + 1])
+        m[s + at.PROFILE + unsigned(p * at.LANES)] = drawn
     if unit(key, SLOW_DRAW) >= families[family, -4]:
-        profile[layout.SLOW_AT, k, i] = -FAR
+        m[s + at.SLOW_AT] = -FAR
     draw = unit(key, STYLE_DRAW)
     style = FULL if draw < families[family, -3] else (ROLLING if draw < families[family, -2] else RUNS)
-    if style == FULL:
-        profile[layout.LINE_SPEED, k, i] = 0.0
-    else:
-        profile[layout.STOP_POSITION, k, i] = 0.0
-    profile[layout.STYLE, k, i] = style
-    profile[layout.FAMILY, k, i] = family
-    profile[layout.PER_DESIRED_SPEED, k, i] = 1.0 / profile[layout.DESIRED_SPEED, k, i]
-    squared = profile[layout.MAX_ACCEL, k, i] * profile[layout.COMFORT_DECEL, k, i]
-    profile[layout.INTERACTION, k, i] = 1.0 / (2.0 * sqrt(squared))
+    m[s + (at.LINE_SPEED if style == FULL else at.STOP_POSITION)] = 0.0
+    m[s + at.STYLE] = style
+    m[s + at.FAMILY] = family
+    m[s + at.PER_DESIRED_SPEED] = 1.0 / m[s + at.DESIRED_SPEED]
+    m[s + at.INTERACTION] = 1.0 / (2.0 * sqrt(m[s + at.MAX_ACCEL] * m[s + at.COMFORT_DECEL]))
 
 
-@kernel
-def clear_slot(state: Floats, profile: Floats, k: int, i: int) -> None:
-    """Send slot ``k`` of row ``i`` far down the road, where it drives on without meeting anyone or anything."""
-    for field in range(layout.STATE_SIZE):
-        state[field, k, i] = 0.0
-    for field in range(layout.PROFILE_SIZE):
-        profile[field, k, i] = 1.0
-    state[layout.POSITION, k, i] = FAR * (k + 1)
-    state[layout.LINE, k, i] = FAR * FAR
-    state[layout.NEXT_SLOW, k, i] = FAR * FAR
+@inner
+def clear_slot(m: Floats, s: int, slot: int) -> None:
+    """Send the vehicle ``s`` far down the road, where it drives on without meeting anyone or anything."""
+    for field in range(STATE):
+        m[s + unsigned(field * at.LANES)] = 0.0
+    for field in range(STATE, ALL):
+        m[s + unsigned(field * at.LANES)] = 1.0
+    m[s + at.POSITION] = FAR * (slot + 1)
+    m[s + at.LINE] = FAR * FAR
+    m[s + at.NEXT_SLOW] = FAR * FAR
 
 
-@kernel
-def place_vehicles(state: Floats, fronts: int, i: int, seed: np.uint64, episode: np.uint64, c: Floats) -> None:
+@inner
+def place_vehicles(m: Floats, s: int, fronts: int, world: np.uint64, episode: np.uint64, c: Floats) -> None:
     """Draw positions and speeds, the ego first; a speed is bounded so that no front vehicle starts in an emergency."""
     for k in range(fronts + 1):
-        key = stream(seed, episode, k, START)
-        ahead = c[layout.LENGTH] + between(key, 0, c[layout.GAP_LOW], c[layout.GAP_HIGH])
-        start = -between(key, 0, c[layout.START_LOW], c[layout.START_HIGH])
-        state[layout.POSITION, k, i] = start if k == 0 else state[layout.POSITION, k - 1, i] + ahead
-        low = c[layout.START_SPEED_LOW] if k == 0 else c[layout.FRONT_SPEED_LOW]
-        high = c[layout.START_SPEED_HIGH] if k == 0 else c[layout.FRONT_SPEED_HIGH]
-        state[layout.SPEED, k, i] = between(key, 1, low, high)
+        key, here = stream(world, episode, unsigned(k), START), s + unsigned(k) * at.VEHICLE
+        ahead = c[at.LENGTH] + between(key, FIRST, c[at.GAP_LOW], c[at.GAP_HIGH])
+        start = -between(key, FIRST, c[at.START_LOW], c[at.START_HIGH])
+        m[here + at.POSITION] = start if k == 0 else m[here - at.VEHICLE + at.POSITION] + ahead
+        low = c[at.START_SPEED_LOW] if k == 0 else c[at.FRONT_SPEED_LOW]
+        high = c[at.START_SPEED_HIGH] if k == 0 else c[at.FRONT_SPEED_HIGH]
+        m[here + at.SPEED] = between(key, SECOND, low, high)
     for k in range(fronts - 1, 0, -1):
-        gap = state[layout.POSITION, k + 1, i] - c[layout.LENGTH] - state[layout.POSITION, k, i]
-        leader = state[layout.SPEED, k + 1, i]
+        here = s + unsigned(k) * at.VEHICLE
+        gap = m[here + at.VEHICLE + at.POSITION] - c[at.LENGTH] - m[here + at.POSITION]
+        leader = m[here + at.VEHICLE + at.SPEED]
         bound = min(sqrt(leader * leader + 2.0 * EASY_DECEL * gap), max(leader, gap / SHORT_HEADWAY))
-        state[layout.SPEED, k, i] = min(state[layout.SPEED, k, i], bound)
+        m[here + at.SPEED] = min(m[here + at.SPEED], bound)
 
 
-@kernel
-def first_line(x: float, v: float, style: float, v_line: float, stop_position: float, c: Floats) -> float:
-    """Return the position of the line that a front vehicle heads for: the first at which it can and wants to stop."""
-    if style == RUNS:
+@inner
+def first_line(m: Floats, s: int, c: Floats) -> float:
+    """Return the position of the line that the vehicle ``s`` heads for: the first at which it can and wants to stop."""
+    if m[s + at.STYLE] == RUNS:
         return FAR
-    for line in (c[layout.FIRST_LINE], c[layout.LAST_LINE]):
-        to_stop = line - stop_position - x
-        if (to_stop > 0.0) & (needed_decel(v, v_line, to_stop) <= 0.8 * HARDEST_DECEL):
+    for line in (c[at.FIRST_LINE], c[at.LAST_LINE]):
+        to_stop = line - m[s + at.STOP_POSITION] - m[s + at.POSITION]
+        needed = needed_decel(m[s + at.SPEED], m[s + at.LINE_SPEED], to_stop)
+        if (to_stop > 0.0) & (needed <= 0.8 * HARDEST_DECEL):
             return float(line)
     return FAR
 
 
-@kernel
-def settle(state: Floats, profile: Floats, k: int, i: int, c: Floats) -> None:
-    """Put the front vehicle in slot ``k`` of row ``i`` into the state that its profile starts in."""
-    x = state[layout.POSITION, k, i]
-    state[layout.PHASE, k, i] = APPROACHING
-    state[layout.LINE, k, i] = first_line(
-        x, state[layout.SPEED, k, i], profile[layout.STYLE, k, i], profile[layout.LINE_SPEED, k, i],
-        profile[layout.STOP_POSITION, k, i], c,
-    )  # fmt: skip
-    place = -profile[layout.SLOW_AT, k, i]
-    while place < x:
-        place += profile[layout.SLOW_EVERY, k, i]
-    state[layout.NEXT_SLOW, k, i] = place
-    if c[layout.SIGNAL] != 0.0:
-        profile[layout.DWELL, k, i] = FAR
+@inner
+def settle(m: Floats, s: int, c: Floats) -> None:
+    """Put the front vehicle ``s`` into the state that its profile starts in."""
+    m[s + at.PHASE] = APPROACHING
+    m[s + at.LINE] = first_line(m, s, c)
+    place = -m[s + at.SLOW_AT]
+    while place < m[s + at.POSITION]:
+        place += m[s + at.SLOW_EVERY]
+    m[s + at.NEXT_SLOW] = place
+    if c[at.SIGNAL] != 0.0:
+        m[s + at.DWELL] = FAR
 
 
-@kernel
+@inner
 def draw_world(
-    state: Floats, profile: Floats, rows: Floats, i: int, seed: np.uint64, episode: np.uint64,
-    c: Floats, counts: Floats, families: Floats,
-) -> int:  # fmt: skip
-    """Draw the world of row ``i`` and return its number of front vehicles."""
-    draw = unit(stream(seed, episode, 0, COUNT), 0)
+    m: Floats, s: int, r: int, world: np.uint64, episode: np.uint64, c: Floats, counts: Floats, families: Floats
+) -> int:
+    """Draw the world of one row and return its number of front vehicles.
+
+    ``s`` and ``r`` are the records of its ego and of its block's rows, plus its lane; ``world`` is the key of seed,
+    episode and attempt.
+    """
+    draw = unit(stream(world, episode, EGO, COUNT), FIRST)
     fronts = 0
     while draw >= counts[fronts]:
         fronts += 1
-    for k in range(state.shape[1]):
-        clear_slot(state, profile, k, i)
-    place_vehicles(state, fronts, i, seed, episode, c)
-    state[layout.LINE, 0, i] = c[layout.FIRST_LINE]
+    for k in range(int(c[at.SLOTS])):
+        clear_slot(m, s + unsigned(k) * at.VEHICLE, k)
+    place_vehicles(m, s, fronts, world, episode, c)
+    m[s + at.LINE] = c[at.FIRST_LINE]
     for k in range(1, fronts + 1):
-        draw_profile(profile, k, i, stream(seed, episode, k, PROFILE), families)
-        settle(state, profile, k, i, c)
-    rows[layout.GREEN_AT, i] = between(stream(seed, episode, 0, GREEN), 0, c[layout.GREEN_LOW], c[layout.GREEN_HIGH])
-    rows[layout.KEPT, i] = 0.0
+        here = s + unsigned(k) * at.VEHICLE
+        draw_profile(m, here, stream(world, episode, unsigned(k), PROFILE), families)
+        settle(m, here, c)
+    m[r + at.GREEN_AT] = between(stream(world, episode, EGO, GREEN), FIRST, c[at.GREEN_LOW], c[at.GREEN_HIGH])
+    m[r + at.KEPT] = 0.0
     return fronts

@@ -1,0 +1,26 @@
+"""Imperfect sensors: what the agents see is a delayed and noisy version of the truth."""
+
+from hhrl_envs import layout as at
+from hhrl_envs.blocks import locate
+from hhrl_envs.compiled import Floats, Floats32, Keys, kernel, unsigned
+from hhrl_envs.observation import observe
+from hhrl_envs.sensing import blur, measure
+
+
+@kernel
+def blur_rows(
+    m: Floats, c: Floats, observations: Floats32, keys: Keys, history: Floats, rows: int, low: int, high: int
+) -> None:
+    """Write the observations of the blocks from low to high as the sensors see them.
+
+    ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements.
+    """
+    for row in range(low * at.LANES, min(high * at.LANES, rows)):
+        lane = unsigned(row % at.LANES)
+        s, a, r = locate(unsigned(row // at.LANES), c)
+        step = int(m[r + at.STEPS + lane])
+        for agent in range(observations.shape[1]):
+            measure(m, s + lane, a + lane, c, unsigned(1))
+            blur(m, a + lane, history, keys, agent, step, row, c)
+            observe(m, a + lane, observations, agent, unsigned(row), unsigned(1))
+            s, a = s + at.VEHICLE, a + at.AGENT
