@@ -9,7 +9,7 @@ import numpy as np
 from hhrl_envs import layout as at
 from hhrl_envs.blocks import locate
 from hhrl_envs.compiled import Floats, Keys, inner, kernel, unsigned
-from hhrl_envs.feasibility import surely_clears, surely_survives, verdict
+from hhrl_envs.feasibility import begin_shadow, surely_clears, surely_survives, verdict
 from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.stepping import WAITING, drive
 from hhrl_envs.streams import stream
@@ -46,8 +46,9 @@ def begin_row(
     if m[r + at.STATUS] <= TO_DRAW:
         world = stream(keys[SEED, row], keys[EPISODE, row], unsigned(m[r + at.ATTEMPT]), WORLD)
         fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, counts, families)
-        decided = surely_clears(m, s, fronts, c) and surely_survives(m, s, c)
+        decided = c[at.AGENTS] > 1.0 or (surely_clears(m, s, fronts, c) and surely_survives(m, s, c))
         m[r + at.FEASIBLE], m[r + at.STEPS] = 1.0, 0.0
+        begin_shadow(m, s, r)
         m[r + at.STATUS] = DECIDED if decided else OPEN
     if m[r + at.STATUS] == DECIDED:
         m[r + at.STATUS] = BEGUN

@@ -4,13 +4,16 @@ Scripted vehicles never react to the ego behind them, so full braking minimises 
 collides, the collision is unavoidable. Success also needs the nearest front vehicle to leave the goal's place early
 enough to cover the last metres of a queue at walking pace before the time limit. Both are decided by driving the world
 ahead, unless cheap bounds have decided already.
+
+Learned front vehicles may react to the ego, so their worlds cannot be driven ahead. There a shadow ego that brakes
+fully runs along with the episode, and the verdict is known when the ego's episode ends.
 """
 
 from math import sqrt
 
 from hhrl_envs import layout as at
 from hhrl_envs.compiled import Floats, inner, unsigned
-from hhrl_envs.dynamics import braking_distance
+from hhrl_envs.dynamics import actuate, braking_distance
 from hhrl_envs.goals import FOLLOW, PASS, STOP
 from hhrl_envs.layout import FAR
 
@@ -56,6 +59,14 @@ def surely_survives(m: Floats, s: int, c: Floats) -> bool:
 
 
 @inner
+def goal_place(c: Floats) -> float:
+    """Return the position that the front vehicle's rear must leave free for the ego to succeed."""
+    if c[at.GOAL] == FOLLOW:
+        return -FAR
+    return float(c[at.ROUTE_END] if c[at.GOAL] == PASS else c[at.LAST_LINE])
+
+
+@inner
 def verdict(m: Floats, s: int, r: int, c: Floats) -> float:
     """Return 1.0 if the row's episode has proved feasible, 0.0 if infeasible, -1.0 if that is still open.
 
@@ -64,7 +75,34 @@ def verdict(m: Floats, s: int, r: int, c: Floats) -> float:
     ego, rear = m[s + at.POSITION], m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH]
     if (rear <= ego) | (m[r + at.STEPS] >= c[at.HORIZON]):
         return 0.0
-    place = c[at.ROUTE_END] if c[at.GOAL] == PASS else (-FAR if c[at.GOAL] == FOLLOW else c[at.LAST_LINE])
-    if (rear > place) & (m[s + at.SPEED] == 0.0):
+    if (rear > goal_place(c)) & (m[s + at.SPEED] == 0.0):
         return 1.0 if m[r + at.STEPS] * c[at.DT] <= c[at.CLEAR_BY] else 0.0
     return -1.0
+
+
+@inner
+def begin_shadow(m: Floats, s: int, r: int) -> None:
+    """Put the shadow of the ego ``s`` to where the ego starts."""
+    m[r + at.SHADOW_POSITION], m[r + at.SHADOW_SPEED] = m[s + at.POSITION], m[s + at.SPEED]
+    m[r + at.SHADOW_ACCEL], m[r + at.CLEARED] = 0.0, 0.0
+
+
+@inner
+def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
+    """Brake the shadow egos by one more step and note FEASIBLE: 0 once a shadow was hit, or where it was never free.
+
+    ``s`` is the egos' record, ``a`` their record as agents, ``r`` that of the rows. The front vehicles have moved.
+    """
+    dt, per_dt, brake, place = c[at.DT], c[at.PER_DT], c[at.EGO_MIN_ACCEL], goal_place(c)
+    gain, most, grip = c[at.LAG_GAIN], c[at.JERK_STEP], c[at.GRIP]
+    for i in range(lanes):
+        speed, accel = m[r + at.SHADOW_SPEED + i], m[r + at.SHADOW_ACCEL + i]
+        moved = max(speed + actuate(accel, brake, gain, most, grip) * dt, 0.0)
+        m[r + at.SHADOW_POSITION + i] += 0.5 * (speed + moved) * dt
+        m[r + at.SHADOW_SPEED + i], m[r + at.SHADOW_ACCEL + i] = moved, (moved - speed) * per_dt
+        rear, time = m[s + at.VEHICLE + at.POSITION + i] - c[at.LENGTH], m[r + at.STEPS + i] * dt
+        if (rear > place) & (time <= c[at.CLEAR_BY]):
+            m[r + at.CLEARED + i] = 1.0
+        hopeless = (m[r + at.STEPS + i] >= c[at.HORIZON]) & (m[r + at.CLEARED + i] == 0.0)
+        if (m[a + at.LIVE + i] != 0.0) & ((rear <= m[r + at.SHADOW_POSITION + i]) | hopeless):
+            m[r + at.FEASIBLE + i] = 0.0

@@ -53,10 +53,11 @@ RESULTS, RESULTS_SIZE = TASK, 6
 (AGENT,) = _fields(1, 28)
 
 # What holds for a whole row: the time of the green light, steps within the band, steps done, whether an agent is
-# running, whether the episode is
-# feasible, how far its beginning is (see ``beginning``), and how often its world was drawn anew.
+# running, whether the episode is feasible, how far its beginning is (see ``beginning``), and how often its world was
+# drawn anew; with learned front vehicles also the shadow ego's motion (see ``feasibility``).
 GREEN_AT, KEPT, STEPS, RUNNING, FEASIBLE, STATUS, ATTEMPT = _fields(7)
-(ROW,) = _fields(1, 7)
+SHADOW_POSITION, SHADOW_SPEED, SHADOW_ACCEL, CLEARED = _fields(4, 7)
+(ROW,) = _fields(1, 11)
 
 # The scenario's numbers, float64 [field].
 DT, PER_DT, HORIZON, LENGTH, LAG_GAIN, JERK_STEP, EGO_MIN_ACCEL, GRIP = range(8)
@@ -70,6 +71,7 @@ SIGNAL, GREEN_LOW, GREEN_HIGH = range(35, 38)
 NOISE_SPEED, NOISE_ACCEL, NOISE_DISTANCE = range(38, 41)
 BAND_LOW, BAND_HIGH, BAND_HEADWAY, BAND_SHARE = range(41, 45)
 FEASIBLE_ONLY, SLOTS, AGENTS = range(45, 48)
-CONSTANTS_SIZE = 48
+ADVERSARY, HARDEST_BRAKE, PATIENCE, THROTTLE = range(48, 52)
+CONSTANTS_SIZE = 52
 
 FAR = 1.0e6  # m; where absent vehicles drive and where a line stands that does not exist

@@ -8,10 +8,11 @@ from hhrl_envs.goals import FOLLOW, PASS, STOP
 
 
 class Outcome(IntEnum):
-    """The state of an episode. COLLISION, NOT_STOP, SUCCESS and REAR_ENDED terminate it, TIMEOUT truncates it.
+    """The state of an episode. TIMEOUT truncates it, every other outcome terminates it.
 
-    Where several hold in one step the earlier one in this list counts. REAR_ENDED befalls controlled front vehicles
-    only.
+    Where several hold in one step the earlier one in this list counts. REAR_ENDED befalls learned front vehicles only,
+    and is not their fault. An adversary's episode ends with the ego's: in SUCCESS if the ego failed although it need
+    not have, else FOILED.
     """
 
     RUNNING = 0
@@ -20,29 +21,32 @@ class Outcome(IntEnum):
     SUCCESS = 3
     TIMEOUT = 4
     REAR_ENDED = 5
+    FOILED = 6
 
 
-RUNNING, COLLISION, NOT_STOP, SUCCESS, TIMEOUT, REAR_ENDED = (float(outcome) for outcome in Outcome)
+RUNNING, COLLISION, NOT_STOP, SUCCESS, TIMEOUT, REAR_ENDED, FOILED = (float(outcome) for outcome in Outcome)
 
 
 @inner
-def judge(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
+def judge(m: Floats, s: int, behind: int, a: int, r: int, c: Floats, lanes: int) -> None:
     """Write the outcomes of the agents of record ``a``; those that had ended before the step keep theirs.
 
     FRESH is the outcome of those that end in this very step, so that an ending is rewarded once. ``s`` is the record
-    of the agents' vehicles, ``r`` that of the rows.
+    of the agents' vehicles, ``behind`` that of their followers (the same where there are none), ``r`` that of the rows.
     """
     length, zone, slow, horizon = c[at.LENGTH], c[at.STOP_ZONE], c[at.STOP_SPEED], c[at.HORIZON]
     stops, passes, follows = c[at.GOAL] == STOP, c[at.GOAL] == PASS, c[at.GOAL] == FOLLOW
     last, end, needed = c[at.LAST_LINE], c[at.ROUTE_END], c[at.BAND_SHARE] * horizon
-    leader = s + at.VEHICLE
+    leader, followed_by = s + at.VEHICLE, behind != s
     for i in range(lanes):
         x, line = m[s + at.POSITION + i], m[s + at.LINE + i]
         d_f = m[leader + at.POSITION + i] - length - x
         late = m[r + at.STEPS + i] >= horizon
         stopped = stops & (line == last) & (line - x <= zone) & (m[s + at.SPEED + i] < slow)
         followed = follows & late & (m[r + at.KEPT + i] >= needed)
-        outcome = TIMEOUT if late else RUNNING
+        struck = followed_by & (x - length - m[behind + at.POSITION + i] <= 0.0)
+        outcome = REAR_ENDED if struck else RUNNING
+        outcome = TIMEOUT if late else outcome
         outcome = SUCCESS if stopped | followed | (passes & (x > end)) else outcome
         outcome = NOT_STOP if x > line else outcome
         outcome = COLLISION if d_f <= 0.0 else outcome

@@ -211,11 +211,30 @@ class Reward:
 
 
 @dataclass(frozen=True)
+class Adversary:
+    """The limits of a front vehicle that is trained to make the ego fail: what a human driver might do.
+
+    It brakes with at most ``hardest_brake``, an emergency stop on a dry road being about 8 m/s^2 and a hard stop in
+    traffic 4 to 5 m/s^2. It has ``patience`` seconds of standing still in all; once they are used up it drives on.
+    Its actuator, lag and jerk limit are those of every agent.
+    """
+
+    hardest_brake: float = 4.5
+    patience: float = 8.0
+
+    def __post_init__(self) -> None:
+        """Reject values without a meaning."""
+        require_value(0.0 < self.hardest_brake < inf, "hardest_brake", self.hardest_brake, "m/s^2 above 0")
+        require_value(0.0 <= self.patience < inf, "patience", self.patience, "seconds, 0 or more")
+
+
+@dataclass(frozen=True)
 class Scenario:
     """A world with a versioned id. ``feasible_only`` rejects, at reset, worlds in which no ego could succeed.
 
     The ``goal`` says what SUCCESS is: STOP at the last line, PASS ``route_end`` metres beyond position 0, or FOLLOW
-    within the ``band`` until the horizon.
+    within the ``band`` until the horizon. ``learned_fronts`` is how many front vehicles are agents too where a view has
+    several agents and is not told otherwise; the nearest of them is the ``adversary`` if there is one.
     """
 
     id: str
@@ -231,6 +250,8 @@ class Scenario:
     dt: float = 0.1
     horizon: int = 600
     feasible_only: bool = True
+    learned_fronts: int | None = None
+    adversary: Adversary | None = None
 
     def __post_init__(self) -> None:
         """Reject values without a meaning or that contradict each other."""
@@ -252,6 +273,18 @@ class Scenario:
             self.signal,
             "None, or goal PASS with one line",
         )
+        self.require_fronts(self.learned_fronts or 0)
+        require_value(
+            self.adversary is None or (self.learned_fronts == 1 and goal == Goal.STOP and len(lines) == 1),
+            "adversary",
+            self.adversary,
+            "None, or learned_fronts=1, goal STOP and one line",
+        )
+
+    def require_fronts(self, learned: int) -> None:
+        """Return nothing; raises ``InputError`` if the scenario cannot have that many learned front vehicles."""
+        most = 0 if self.goal == Goal.FOLLOW else self.traffic.max_fronts
+        require_value(0 <= learned <= most, "learned_fronts", learned, f"0 to {most} for scenario {self.id!r}")
 
     @property
     def num_actions(self) -> int:
@@ -284,11 +317,12 @@ class Scenario:
         return _digest(sets)
 
     def constants(self, agents: int = 1) -> Floats:
-        """Return the scenario's numbers as the kernels' packed array, float64 [CONSTANTS_SIZE]."""
+        """Return the scenario's numbers, with so many agents, as the kernels' array, float64 [CONSTANTS_SIZE]."""
         c = np.zeros(layout.CONSTANTS_SIZE)
         for place, value in self._numbers().items():
             c[place] = value
         c[layout.FEASIBLE_ONLY], c[layout.SLOTS], c[layout.AGENTS] = self.feasible_only, self.num_vehicles + 1, agents
+        c[layout.ADVERSARY] = self.adversary is not None and agents > 1
         return c
 
     def _numbers(self) -> dict[int, float]:
@@ -311,7 +345,7 @@ class Scenario:
         }
 
     def _judgement(self) -> dict[int, float]:
-        reward, road, band = self.reward, self.road, self.band
+        reward, road, band, adversary = self.reward, self.road, self.band, self.adversary or Adversary()
         queue = reward.safe_gap + self.vehicle.length + road.stop_zone
         return {
             layout.STOP_ZONE: road.stop_zone,
@@ -332,6 +366,9 @@ class Scenario:
             layout.BAND_HIGH: band.high,
             layout.BAND_HEADWAY: band.headway,
             layout.BAND_SHARE: band.share,
+            layout.HARDEST_BRAKE: adversary.hardest_brake,
+            layout.PATIENCE: adversary.patience,
+            layout.THROTTLE: self.vehicle.levels[-1],
         }
 
     def _draws(self) -> dict[int, float]:

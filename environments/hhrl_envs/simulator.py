@@ -1,6 +1,6 @@
 """The batch simulator: B independent rows of one scenario, stepped together.
 
-A step is: signals switch -> traffic and ego drive, front to back -> outcomes -> reward terms -> observations ->
+A step is: signals switch -> traffic and agents drive, front to back -> outcomes -> reward terms -> observations ->
 (auto-reset). Row i with seed s gives bit-identical trajectories whatever the batch size, the number of threads and
 whoever else is in it.
 """
@@ -8,18 +8,19 @@ whoever else is in it.
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
 from hhrl_envs import observation
 from hhrl_envs.beginning import BEGUN, EPISODE, SEED, begin_rows, decide_rows
-from hhrl_envs.blocks import new_memory
 from hhrl_envs.blurring import blur_rows
 from hhrl_envs.compiled import Codes, Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.errors import InputError, require_value
-from hhrl_envs.outcomes import Outcome
+from hhrl_envs.memory import Memory
+from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.profiles import describe
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.sensing import BASE
@@ -28,73 +29,98 @@ from hhrl_envs.stepping import WAITING, advance_rows, aim
 MAX_ATTEMPTS = 1000
 
 
+class Results(NamedTuple):
+    """What one agent gets from a step, for all B rows.
+
+    Attributes:
+        observations: scaled observations, float32 [B, 11]; see ``hhrl_envs.observation``.
+        rewards: r^task, float64 [B].
+        reward_option, reward_action: r^option and r^action if option k is the selected one, float64 [B, 2].
+        outcomes: ``Outcome`` codes, int8 [B].
+    """
+
+    observations: Floats32
+    rewards: Floats
+    reward_option: Floats
+    reward_action: Floats
+    outcomes: Codes
+
+
 class Simulator:
     """A batch of ``num_rows`` independent episodes of one scenario, stepped by ``threads`` threads.
 
-    The properties hold the outcome of the last ``reset``, ``next_episode``, ``reset_done`` or ``step``. Each of these
-    hands out fresh arrays, so what you keep never changes. A row whose episode has ended keeps its outcome and earns
-    nothing until its next episode begins.
+    The ego is agent 0; with ``learned_fronts`` the front vehicles nearest to it are agents 1, 2, ... The properties are
+    the ego's results of the last ``reset``, ``next_episode``, ``reset_done`` or ``step``; ``of_agent`` gives those of
+    any agent. Each of these hands out fresh arrays, so what you keep never changes. An agent whose episode has ended
+    keeps its outcome and earns nothing until the row's next episode begins.
     """
 
-    def __init__(self, scenario: Scenario, num_rows: int, threads: int = 1) -> None:
+    def __init__(self, scenario: Scenario, num_rows: int, threads: int = 1, learned_fronts: int = 0) -> None:
         for name, value in (("num_rows", num_rows), ("threads", threads)):
             require_value(value >= 1, name, value, f"a number of {name.removeprefix('num_')}, at least 1")
-        self.scenario, self.num_rows = scenario, num_rows
-        self._agents, self._slots = 1, scenario.num_vehicles + 1
-        self._memory = new_memory(num_rows, self._slots, self._agents)
-        self._keys = np.zeros((2, num_rows), np.uint64)
-        self._levels, self._constants = np.array(scenario.vehicle.levels), scenario.constants(self._agents)
+        scenario.require_fronts(learned_fronts)
+        self.scenario, self.num_rows, self.num_agents = scenario, num_rows, 1 + learned_fronts
+        self._memory = Memory(num_rows, scenario.num_vehicles + 1, self.num_agents)
+        self._numbers, self._constants = self._memory.numbers, scenario.constants(self.num_agents)
+        self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
         self._tables = (scenario.cumulative_counts(), scenario.family_table())
+        self._shapes = (observation.SIZE, self.num_agents, num_rows), (at.RESULTS_SIZE, self.num_agents, num_rows)
         delay = 0 if scenario.sensor.perfect else scenario.sensor.delay + 1
-        self._history = np.zeros((delay, len(BASE), self._agents, num_rows))
+        self._history = np.zeros((delay, len(BASE), self.num_agents, num_rows))
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
-        blocks = -(-num_rows // at.LANES)
-        self._slices = list(pairwise(np.linspace(0, blocks, threads + 1).astype(int).tolist()))
+        self._slices = list(pairwise(np.linspace(0, self._memory.blocks, threads + 1).astype(int).tolist()))
         self._ended, self._ready = 0, False
 
     @property
     def observations(self) -> Floats32:
         """Scaled observations, float32 [B, 11]; see ``hhrl_envs.observation``."""
-        return self._observations[:, 0].T
+        return self.raw_observations[:, 0].T
 
     @property
     def terms(self) -> Floats:
         """Signed reward terms, float64 [B, 8]; see ``hhrl_envs.rewards``."""
-        first = int(at.TERMS) // at.LANES
-        return np.stack([self._of_agent(field) for field in range(first, first + at.TERMS_SIZE)], axis=1)
+        return self._memory.of_agent(0, at.TERMS, at.TERMS_SIZE)
 
     @property
     def rewards(self) -> Floats:
         """r^task, float64 [B]."""
-        rewards: Floats = self._results[0, 0]
+        rewards: Floats = self.raw_results[0, 0]
         return rewards
 
     @property
     def reward_option(self) -> Floats:
         """r^option if option k is the selected one, float64 [B, 2]."""
-        return self._results[1:3, 0].T
+        return self.raw_results[1:3, 0].T
 
     @property
     def reward_action(self) -> Floats:
         """r^action if option k is the selected one, float64 [B, 2]."""
-        return self._results[3:5, 0].T
+        return self.raw_results[3:5, 0].T
 
     @property
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
-        outcomes: Codes = self._results[5, 0].astype(np.int8)
-        return outcomes
+        return self.raw_results[5, 0].astype(np.int8)
 
     @property
     def steps(self) -> Ints:
         """Steps done in the current episode, int64 [B]."""
-        return self._of_row(at.STEPS).astype(np.int64)
+        return self._memory.of_row(at.STEPS).astype(np.int64)
 
     @property
     def feasible(self) -> Flags:
-        """Whether any ego could succeed in the current episode, bool [B]."""
-        feasible: Flags = self._of_row(at.FEASIBLE) != 0.0
+        """Whether any ego could succeed in the current episode, bool [B].
+
+        With learned front vehicles the verdict holds once the ego's episode has ended.
+        """
+        feasible: Flags = self._memory.of_row(at.FEASIBLE) != 0.0
         return feasible
+
+    def of_agent(self, agent: int) -> Results:
+        """Return the results of one agent: 0 is the ego, k the learned front vehicle in slot k."""
+        results = self.raw_results[:, agent]
+        outcomes = results[5].astype(np.int8)
+        return Results(self.raw_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes)
 
     def reset(self, seeds: ArrayLike) -> None:
         """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""
@@ -104,25 +130,40 @@ class Simulator:
         self.next_episode(np.ones(self.num_rows, np.bool_))
 
     def reset_done(self) -> None:
-        """Put every row whose episode has ended at the start of the next episode of its seed."""
-        self.next_episode(self.outcomes != Outcome.RUNNING)
+        """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""
+        self._require_reset()
+        if self._ended:
+            self.next_episode((self.raw_results[5] != RUNNING).all(axis=0))
 
     def next_episode(self, chosen: Flags) -> None:
         """Put the chosen rows, bool [B], at the start of the next episode of their seeds."""
         self._require_reset()
         if chosen.any():
-            self._write_rows(at.STATUS, np.where(chosen, WAITING, BEGUN))
+            self._memory.write_row(at.STATUS, np.where(chosen, WAITING, BEGUN))
             self._begin()
-            self._show()
+            self._show(moving=False)
 
     def step(self, actions: ArrayLike, *, autoreset: bool = False) -> None:
-        """Advance every running row by one step; ``actions`` are level indices, integers [B].
+        """Advance every running row by one step.
 
-        With ``autoreset`` the rows that had ended before begin their next episode instead, with reward 0.
+        ``actions`` are [B], or [B, A] with learned front vehicles: level indices if they are integers, target
+        accelerations in m/s^2 within the vehicle's levels if they are floats. With ``autoreset`` the rows that had
+        ended before begin their next episode instead, with reward 0.
         """
         self._require_reset()
-        self._aim(actions)
-        self._advance(autoreset)
+        self._aim(np.asarray(actions))
+        if autoreset and self._ended:
+            self._each_slice(advance_rows, self.raw_observations, self.raw_results, True, False, self.num_rows)
+            self._begin()
+            self._show(moving=False)
+        else:
+            self._show(moving=True)
+
+    def step_row(self, accelerations: dict[int, float]) -> None:
+        """Advance a simulator of one row by one step; ``accelerations`` are the targets of its agents, not checked."""
+        for agent, acceleration in accelerations.items():
+            self._numbers[self._memory.target(agent)] = acceleration
+        self._show(moving=True)
 
     def vehicles(self, row: int) -> Floats:
         """Return position [m], speed [m/s], acceleration [m/s^2] of the vehicles of one row, float64 [V, 3].
@@ -130,40 +171,37 @@ class Simulator:
         Slot 0 is the ego, slot k its k-th front vehicle; vehicles that the episode does not have are NaN. A position is
         that of the front bumper, 0 at the first stop-line and negative before it.
         """
-        picked = self._vehicles_of(row)[:-1, :3].copy()
+        picked = self._memory.vehicles(row)[:-1, :3].copy()
         picked[picked[:, 0] > 0.5 * at.FAR] = np.nan
         return picked
 
     def active_line(self, row: int) -> float:
         """Return the position of the ego's active stop-line in one row, in metres; ``layout.FAR`` if there is none."""
-        return float(self._vehicles_of(row)[0, int(at.LINE) // at.LANES])
+        return float(self._memory.vehicles(row)[0, int(at.LINE) // at.LANES])
 
     def profiles(self, row: int) -> list[dict[str, float | str]]:
         """Return the behaviour profiles of the front vehicles of one row, nearest first."""
-        present = self._vehicles_of(row)[1:-1]
-        present = present[present[:, 0] < 0.5 * at.FAR, int(at.PROFILE) // at.LANES :]
+        fronts = self._memory.vehicles(row)[1:-1]
+        present = fronts[fronts[:, 0] < 0.5 * at.FAR, int(at.PROFILE) // at.LANES :]
         return [describe(profile, self.scenario.traffic.families) for profile in present]
 
     def key(self, row: int) -> tuple[int, int]:
         """Return (seed, episode) of one row."""
         return int(self._keys[SEED, row]), int(self._keys[EPISODE, row])
 
-    def _advance(self, autoreset: bool = False) -> None:
-        if autoreset and self._ended:
-            self._each_slice(advance_rows, self._observations, self._results, True, False, self.num_rows)
-            self._begin()
-            self._show()
+    def _show(self, moving: bool) -> None:
+        """Hand out fresh results: ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [6, A, B]."""
+        observations, results = np.empty(self._shapes[0], np.float32), np.empty(self._shapes[1])
+        self.raw_observations, self.raw_results = observations, results
+        if self._pool is None:
+            low, high = self._slices[0]
+            self._ended = advance_rows(
+                self._numbers, self._constants, observations, results, moving, True, self.num_rows, low, high
+            )
         else:
-            self._show(moving=True)
-
-    def _show(self, moving: bool = False) -> None:
-        """Hand out fresh results, after a step if ``moving``."""
-        self._observations = np.empty((observation.SIZE, self._agents, self.num_rows), np.float32)
-        self._results = np.empty((at.RESULTS_SIZE, self._agents, self.num_rows))
-        arguments = (self._observations, self._results, moving, True, self.num_rows)
-        self._ended = self._each_slice(advance_rows, *arguments)
+            self._ended = self._each_slice(advance_rows, observations, results, moving, True, self.num_rows)
         if self._history.size:
-            self._each_slice(blur_rows, self._observations, self._keys, self._history, self.num_rows)
+            self._each_slice(blur_rows, observations, self._keys, self._history, self.num_rows)
 
     def _begin(self) -> None:
         for _ in range(MAX_ATTEMPTS):
@@ -175,48 +213,33 @@ class Simulator:
 
     def _each_slice(self, kernel: Callable[..., int | None], *arguments: object) -> int:
         if self._pool is None:
-            return kernel(self._memory, self._constants, *arguments, *self._slices[0]) or 0
-        parts = self._pool.map(lambda part: kernel(self._memory, self._constants, *arguments, *part), self._slices)
+            return kernel(self._numbers, self._constants, *arguments, *self._slices[0]) or 0
+        parts = self._pool.map(lambda part: kernel(self._numbers, self._constants, *arguments, *part), self._slices)
         return sum(part or 0 for part in parts)
 
-    def _aim(self, actions: ArrayLike) -> None:
-        given, levels = np.asarray(actions), self.scenario.num_actions
-        if given.shape != (self.num_rows,) or given.dtype.kind not in "iu":
-            raise InputError(f"actions are {given.dtype} {given.shape}; write integers of shape ({self.num_rows},)")
-        chosen = np.ascontiguousarray(given, np.int64)[None]
-        bad = aim(self._memory, self._constants, chosen, self._levels, self.num_rows)
+    def _aim(self, given: Floats | Ints) -> None:
+        wanted = (self.num_rows,) if self.num_agents == 1 else (self.num_rows, self.num_agents)
+        if given.shape != wanted or given.dtype.kind not in "iuf":
+            raise InputError(f"actions are {given.dtype} {given.shape}; write integers of shape {wanted}")
+        if given.dtype.kind == "f":
+            self._aim_at(given.astype(np.float64))
+            return
+        chosen = np.ascontiguousarray(given.reshape(self.num_rows, self.num_agents).T, np.int64)
+        bad = aim(self._numbers, self._constants, chosen, self._levels)
         if bad >= 0:
-            raise InputError(f"action {given[bad]} is not a level of {self.scenario.id!r}; write 0 to {levels - 1}")
+            levels = f"write 0 to {self.scenario.num_actions - 1}"
+            raise InputError(f"action {chosen.ravel()[bad]} is not a level of {self.scenario.id!r}; {levels}")
+
+    def _aim_at(self, accelerations: Floats) -> None:
+        low, high = self._levels[0], self._levels[-1]
+        outside = accelerations[~((accelerations >= low) & (accelerations <= high))]
+        if outside.size:
+            raise InputError(f"target acceleration {outside[0]} is out of range; write {low} to {high} m/s^2")
+        self._memory.write_targets(accelerations.reshape(self.num_rows, self.num_agents))
 
     def _require_reset(self) -> None:
         if not self._ready:
             raise InputError("the simulator has no episode yet; call reset(seeds) first")
-
-    def _blocks(self) -> Floats:
-        blocks: Floats = self._memory.reshape(-(-self.num_rows // at.LANES), -1, at.LANES)
-        return blocks
-
-    def _vehicles_of(self, row: int) -> Floats:
-        """Return the records of one row's vehicles, float64 [slot, field], a view."""
-        block = self._blocks()[row // at.LANES, :, row % at.LANES]
-        fields = int(at.VEHICLE) // at.LANES
-        return block[: self._slots * fields].reshape(self._slots, fields)
-
-    def _of_row(self, field: int) -> Floats:
-        """Return one number of every row, float64 [B], fresh."""
-        place = int(field) // at.LANES - int(at.ROW) // at.LANES
-        return self._blocks()[:, place].ravel()[: self.num_rows].copy()
-
-    def _of_agent(self, field: int) -> Floats:
-        """Return one number of every ego as an agent, float64 [B], fresh."""
-        place = self._slots * (int(at.VEHICLE) // at.LANES) + field
-        return self._blocks()[:, place].ravel()[: self.num_rows].copy()
-
-    def _write_rows(self, field: int, values: Floats) -> None:
-        place = int(field) // at.LANES - int(at.ROW) // at.LANES
-        padded = np.zeros((len(self._blocks()), at.LANES))
-        padded.ravel()[: self.num_rows] = values
-        self._blocks()[:, place] = padded
 
 
 def _as_keys(seeds: ArrayLike, num_rows: int) -> Keys:

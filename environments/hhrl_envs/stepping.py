@@ -4,6 +4,8 @@ from hhrl_envs import layout as at
 from hhrl_envs.blocks import locate
 from hhrl_envs.compiled import Floats, Floats32, Ints, inner, kernel, unsigned
 from hhrl_envs.dynamics import drive_agent
+from hhrl_envs.feasibility import drive_shadow
+from hhrl_envs.fronts import drive_front, judge_adversary, restrain, reward_adversary
 from hhrl_envs.goals import FOLLOW, finish_stops, keep_band, switch_signals
 from hhrl_envs.observation import observe
 from hhrl_envs.outcomes import RUNNING, judge
@@ -15,31 +17,49 @@ WAITING = 1.0  # in STATUS: the row's episode is over, the next one is due
 
 
 @kernel
-def aim(m: Floats, c: Floats, actions: Ints, levels: Floats, rows: int) -> int:
+def aim(m: Floats, c: Floats, actions: Ints, levels: Floats) -> int:
     """Make ``actions``, int64 [agent, row], the agents' targets and return -1.
 
     If one is no level nothing is changed, and its place among all of them is returned.
     """
-    for agent in range(actions.shape[0]):
+    agents, rows = actions.shape
+    for agent in range(agents):
+        wrong = False
         for row in range(rows):
-            if (actions[agent, row] < 0) | (actions[agent, row] >= levels.size):
-                return agent * rows + row
-    for agent in range(actions.shape[0]):
-        for row in range(rows):
-            a = locate(unsigned(row // at.LANES), c)[1] + unsigned(agent) * at.AGENT
-            m[a + at.TARGET + unsigned(row % at.LANES)] = levels[actions[agent, row]]
+            wrong |= (actions[agent, row] < 0) | (actions[agent, row] >= levels.size)
+        if wrong:
+            return agent * rows + first_wrong(actions[agent], levels.size)
+    for agent in range(agents):
+        for first in range(0, rows, at.LANES):
+            a = locate(unsigned(first // at.LANES), c)[1] + unsigned(agent) * at.AGENT + at.TARGET
+            for i in range(min(at.LANES, rows - first)):
+                m[a + unsigned(i)] = levels[actions[agent, first + i]]
     return -1
 
 
 @inner
+def first_wrong(actions: Ints, levels: int) -> int:
+    """Return the place of the first action outside 0 to ``levels`` - 1."""
+    row = 0
+    while (actions[row] >= 0) & (actions[row] < levels):
+        row += 1
+    return row
+
+
+@inner
 def prepare(m: Floats, a: int, r: int, c: Floats, lanes: int) -> None:
-    """Note who is running, count the steps of rows where somebody is, and call the others WAITING."""
+    """Note who is running, count the steps of rows where somebody is, and call the others WAITING.
+
+    Agents that are not running brake fully.
+    """
+    brake = c[at.EGO_MIN_ACCEL]
     for i in range(lanes):
         m[r + at.RUNNING + i] = 0.0
     for _ in range(unsigned(c[at.AGENTS])):
         for i in range(lanes):
             live = 1.0 if m[a + at.OUTCOME + i] == RUNNING else 0.0
             m[a + at.LIVE + i] = live
+            m[a + at.TARGET + i] = m[a + at.TARGET + i] if live != 0.0 else brake
             m[r + at.RUNNING + i] = max(m[r + at.RUNNING + i], live)
         a += at.AGENT
     for i in range(lanes):
@@ -50,21 +70,30 @@ def prepare(m: Floats, a: int, r: int, c: Floats, lanes: int) -> None:
 @inner
 def drive(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
     """Switch signals and lines, then move everybody by one step, from the front of the queue to its back."""
-    slots = unsigned(c[at.SLOTS])
+    slots, agents = unsigned(c[at.SLOTS]), unsigned(c[at.AGENTS])
     if c[at.SIGNAL] != 0.0:
         switch_signals(m, s, slots, r, c, lanes)
     if c[at.FIRST_LINE] < c[at.LAST_LINE]:
-        finish_stops(m, s, c, lanes)
+        for agent in range(agents):
+            finish_stops(m, s + agent * at.VEHICLE, c, lanes)
+    if c[at.ADVERSARY] != 0.0:
+        restrain(m, s + at.VEHICLE, a + at.AGENT, c, lanes)
     for behind in range(slots - unsigned(2)):
-        drive_slot(m, s + (slots - unsigned(2) - behind) * at.VEHICLE, c, lanes)
+        slot = slots - unsigned(2) - behind
+        if slot < agents:
+            drive_front(m, s + slot * at.VEHICLE, a + slot * at.AGENT, c, lanes)
+        else:
+            drive_slot(m, s + slot * at.VEHICLE, c, lanes)
     drive_agent(m, s, a, c, lanes)
     if c[at.GOAL] == FOLLOW:
         keep_band(m, s, r, c, lanes)
+    if agents > 1:
+        drive_shadow(m, s, a, r, c, lanes)
 
 
 @inner
 def show(
-    m: Floats, s: int, a: int, r: int, c: Floats,
+    m: Floats, ego: int, first_agent: int, r: int, c: Floats,
     observations: Floats32, results: Floats, agent: int, first: int, lanes: int,
 ) -> int:  # fmt: skip
     """Judge and reward one agent in each lane, hand out what it gets, and return how many of them have ended.
@@ -72,9 +101,14 @@ def show(
     The results go to the rows from ``first`` of ``observations``, float32 [11, agent, row], and of ``results``, float64
     [RESULTS_SIZE, agent, row]. Doing it again without a step in between changes nothing.
     """
+    s, a = ego + agent * at.VEHICLE, first_agent + agent * at.AGENT
     measure(m, s, a, c, lanes)
-    judge(m, s, a, r, c, lanes)
+    judge(m, s, s - at.VEHICLE if agent > 0 else s, a, r, c, lanes)
+    if (c[at.ADVERSARY] != 0.0) & (agent == 1):
+        judge_adversary(m, first_agent, a, r, lanes)
     reward(m, a, c, lanes)
+    if (c[at.ADVERSARY] != 0.0) & (agent == 1):
+        reward_adversary(m, a, c, lanes)
     observe(m, a, observations, agent, first, lanes)
     for field in range(at.RESULTS_SIZE):
         place = a + at.RESULTS + unsigned(field * at.LANES)
@@ -105,6 +139,5 @@ def advance_rows(
             drive(m, s, a, r, c, lanes)
         if showing:
             for agent in range(unsigned(c[at.AGENTS])):
-                place, own = s + agent * at.VEHICLE, a + agent * at.AGENT
-                ended += show(m, place, own, r, c, observations, results, agent, first, lanes)
+                ended += show(m, s, a, r, c, observations, results, agent, first, lanes)
     return ended

@@ -68,12 +68,25 @@ def place_vehicles(m: Floats, s: int, fronts: int, world: np.uint64, episode: np
         low = c[at.START_SPEED_LOW] if k == 0 else c[at.FRONT_SPEED_LOW]
         high = c[at.START_SPEED_HIGH] if k == 0 else c[at.FRONT_SPEED_HIGH]
         m[here + at.SPEED] = between(key, SECOND, low, high)
+    move_back(m, s, fronts, c)
     for k in range(fronts - 1, 0, -1):
         here = s + unsigned(k) * at.VEHICLE
         gap = m[here + at.VEHICLE + at.POSITION] - c[at.LENGTH] - m[here + at.POSITION]
         leader = m[here + at.VEHICLE + at.SPEED]
         bound = min(sqrt(leader * leader + 2.0 * EASY_DECEL * gap), max(leader, gap / SHORT_HEADWAY))
         m[here + at.SPEED] = min(m[here + at.SPEED], bound)
+
+
+@inner
+def move_back(m: Floats, s: int, fronts: int, c: Floats) -> None:
+    """Move all vehicles back by as much as the foremost agent stands ahead of the ego.
+
+    So it is the foremost agent that starts where an ego alone would, and all agents have the whole approach to drive.
+    """
+    back = m[s + unsigned(c[at.AGENTS] - 1.0) * at.VEHICLE + at.POSITION] - m[s + at.POSITION]
+    if back > 0.0:
+        for k in range(unsigned(fronts + 1)):
+            m[s + k * at.VEHICLE + at.POSITION] -= back
 
 
 @inner
@@ -111,18 +124,19 @@ def draw_world(
     ``s`` and ``r`` are the records of its ego and of its block's rows, plus its lane; ``world`` is the key of seed,
     episode and attempt.
     """
-    draw = unit(stream(world, episode, EGO, COUNT), FIRST)
-    fronts = 0
+    draw, fronts = unit(stream(world, episode, EGO, COUNT), FIRST), int(c[at.AGENTS]) - 1
+    draw = counts[fronts - 1] + (1.0 - counts[fronts - 1]) * draw if fronts > 0 else draw
     while draw >= counts[fronts]:
         fronts += 1
     for k in range(int(c[at.SLOTS])):
         clear_slot(m, s + unsigned(k) * at.VEHICLE, k)
     place_vehicles(m, s, fronts, world, episode, c)
-    m[s + at.LINE] = c[at.FIRST_LINE]
     for k in range(1, fronts + 1):
         here = s + unsigned(k) * at.VEHICLE
         draw_profile(m, here, stream(world, episode, unsigned(k), PROFILE), families)
         settle(m, here, c)
+    for k in range(unsigned(c[at.AGENTS])):
+        m[s + k * at.VEHICLE + at.LINE] = c[at.FIRST_LINE]
     m[r + at.GREEN_AT] = between(stream(world, episode, EGO, GREEN), FIRST, c[at.GREEN_LOW], c[at.GREEN_HIGH])
     m[r + at.KEPT] = 0.0
     return fronts

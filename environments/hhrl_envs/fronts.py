@@ -1,0 +1,78 @@
+"""Learned front vehicles: driven by an agent until its episode ends, and by nobody or a script afterwards."""
+
+from hhrl_envs import layout as at
+from hhrl_envs.compiled import Floats, inner, unsigned
+from hhrl_envs.dynamics import drive_agent
+from hhrl_envs.layout import DWELLING, FAR, LEAVING
+from hhrl_envs.outcomes import COLLISION, FOILED, NOT_STOP, RUNNING, SUCCESS, TIMEOUT
+from hhrl_envs.traffic import drive_slot
+
+
+@inner
+def drive_front(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
+    """Advance the learned front vehicles of record ``s``, whose agents' record is ``a``, by one step.
+
+    One that has succeeded or run the line is handed over to the scripted profile drawn for it: it dwells where it
+    stands, or drives on. One that collided or was struck brakes fully, and the wreck stays.
+    """
+    one = unsigned(1)
+    for i in range(lanes):
+        outcome = m[a + at.OUTCOME + i]
+        if (outcome == SUCCESS) | (outcome == NOT_STOP):
+            if m[a + at.FRESH + i] == outcome:
+                m[s + at.PHASE + i] = DWELLING if outcome == SUCCESS else LEAVING
+                m[s + at.STANDING + i] = 0.0
+            drive_slot(m, s + i, c, one)
+        else:
+            drive_agent(m, s + i, a + i, c, one)
+
+
+@inner
+def restrain(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
+    """Keep the adversaries of record ``a`` within human limits.
+
+    They brake no harder than HARDEST_BRAKE, and once they have stood for PATIENCE seconds in all they only speed up.
+    The line does not bind them: once they have passed it there is none.
+    """
+    hardest, patience, throttle = -c[at.HARDEST_BRAKE], c[at.PATIENCE], c[at.THROTTLE]
+    for i in range(lanes):
+        standing = m[s + at.STANDING + i] + (c[at.DT] if m[s + at.SPEED + i] == 0.0 else 0.0)
+        m[s + at.STANDING + i] = standing
+        target = max(m[a + at.TARGET + i], hardest)
+        m[a + at.TARGET + i] = throttle if standing > patience else target
+        passed = m[s + at.POSITION + i] > m[s + at.LINE + i]
+        m[s + at.LINE + i] = FAR if passed else m[s + at.LINE + i]
+
+
+@inner
+def judge_adversary(m: Floats, ego: int, a: int, r: int, lanes: int) -> None:
+    """Write the outcomes of the adversaries of record ``a`` from those of the egos of record ``ego``.
+
+    A collision of its own ends an adversary's episode as any other; else it ends with the ego's.
+    """
+    for i in range(lanes):
+        fresh, own = m[ego + at.FRESH + i], m[a + at.FRESH + i]
+        failed = (fresh == COLLISION) | (fresh == NOT_STOP) | (fresh == TIMEOUT)
+        ending = SUCCESS if failed & (m[r + at.FEASIBLE + i] != 0.0) else FOILED
+        outcome = COLLISION if own == COLLISION else (RUNNING if fresh == RUNNING else ending)
+        live = m[a + at.LIVE + i] != 0.0
+        m[a + at.FRESH + i] = outcome if live else RUNNING
+        m[a + at.OUTCOME + i] = outcome if live else m[a + at.OUTCOME + i]
+
+
+@inner
+def reward_adversary(m: Floats, a: int, c: Floats, lanes: int) -> None:
+    """Write the terms and rewards of the adversaries of record ``a``, of which TIME, UNSMOOTH and COLLISION are written.
+
+    SUCCESS is +sigma_4 if the ego failed although it need not have, and -sigma_4 otherwise. There are no sub-goals:
+    r^option is TIME + SUCCESS, and r^action is r^task, whatever the option.
+    """
+    for i in range(lanes):
+        fresh = m[a + at.FRESH + i]
+        success = c[at.SIGMA_4] if fresh == SUCCESS else (-c[at.SIGMA_4] if fresh == FOILED else 0.0)
+        m[a + at.UNSAFE_SSL + i], m[a + at.UNSAFE_FFV + i], m[a + at.SUCCESS + i] = 0.0, 0.0, success
+        sr = m[a + at.TIME + i] + success
+        task = sr + m[a + at.UNSMOOTH + i] + m[a + at.COLLISION + i]
+        m[a + at.TASK + i] = task
+        m[a + at.OPTION_SSL + i], m[a + at.OPTION_FFV + i] = sr, sr
+        m[a + at.ACTION_SSL + i], m[a + at.ACTION_FFV + i] = task, task
