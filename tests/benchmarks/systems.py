@@ -17,6 +17,7 @@ from hhrl_envs import Simulator, get_scenario, stop_line_v0
 Compare = Callable[..., None]
 Report = Callable[..., None]
 SCENARIO = get_scenario("stop-line-v0")
+TWO_EPISODES = 2 * (SCENARIO.horizon + 1)  # both to the time limit, each with the reset that follows
 STRONG_BRAKES = 2
 ACTIONS = {0: "", STRONG_BRAKES: " without strong brakes"}
 
@@ -57,7 +58,7 @@ def cartpole() -> System:
     return _vector_env("CartPole-v1", "CartPole-v1, 1,024 rows", lowest=0)
 
 
-def _vector_env(env_id: str, name: str, lowest: int, rows: int = 1024, steps: int = 1000) -> System:
+def _vector_env(env_id: str, name: str, lowest: int, rows: int = 1024, steps: int = TWO_EPISODES) -> System:
     envs: VectorEnv[object, object, object] = gymnasium.make_vec(
         env_id, num_envs=rows, vectorization_mode="vector_entry_point"
     )
