@@ -8,7 +8,7 @@ help:
 	@echo "make bench      score the agents of the quick suite, print and write their leaderboard"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
-	@echo "make benchmark  measure the simulator's speed"
+	@echo "make benchmark  measure the simulator's speed, next to its peers'"
 
 bench: .venv/installed-torch
 	$(BIN)/hhrl-bench run --suite quick
@@ -23,7 +23,7 @@ lint: .venv/installed-dev
 	$(BIN)/lint-imports
 	@! ls environments/*.py agents/*.py 2>/dev/null || { echo "move the files above into a package folder" >&2; false; }
 
-benchmark: .venv/installed-dev
+benchmark: .venv/installed-peers
 	$(BIN)/pytest tests/benchmarks -p no:xdist --benchmark-columns=min,median,rounds
 
 .venv/installed-%: pyproject.toml constraints.txt

@@ -1,101 +1,41 @@
-"""Steps a second of the simulator and its views, next to Gymnasium's native vectorised CartPole in the same run.
+"""Steps a second next to the quickest peers, each pair in one run.
 
-Absolute figures drift with the machine; the ratio is what to quote. Actions are random, but without the two strongest
-brakes, which would keep the ego from ever reaching anything: episodes end, and beginning the next ones is in the price.
+Random actions are all drawn beforehand. With the two strongest brakes among them the ego mostly stands before it
+reaches anything; without them many episodes end, and beginning the next ones is in the price. Both are shown.
 """
 
-from collections.abc import Callable
-from time import perf_counter
+import os
+import sys
+from pathlib import Path
 
-import gymnasium
-import numpy as np
 import pytest
-from gymnasium.vector import VectorEnv
-from numpy.typing import NDArray
-from pytest_benchmark.fixture import BenchmarkFixture
 
-from hhrl_envs import Simulator, get_scenario, stop_line_v0
+from benchmarks.highway import highway_env
+from benchmarks.sumo import sumo
+from benchmarks.systems import STRONG_BRAKES, Compare, cartpole, parallel_env, simulator, vector_env
 
-ROWS, STEPS = 1024, 200
-SCENARIO = get_scenario("stop-line-v0")
-OURS, CARTPOLE = "hhrl_envs/StopLine-v0", "CartPole-v1"
-LOWEST = {OURS: 2, CARTPOLE: 0}
-COUNTS = {OURS: SCENARIO.num_actions, CARTPOLE: 2}
-Run = Callable[[], None]
+CORES = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+actions = pytest.mark.parametrize("lowest", [0, STRONG_BRAKES], ids=["all-actions", "no-strong-brakes"])
 
 
-def random_actions(env_id: str, count: int, *rows: int) -> NDArray[np.int64]:
-    actions: NDArray[np.int64] = np.random.default_rng(0).integers(LOWEST[env_id], COUNTS[env_id], (count, *rows))
-    return actions
+@actions
+@pytest.mark.usefixtures("one_core")
+def test_parallel_env_next_to_sumo(compare: Compare, tmp_path: Path, lowest: int) -> None:
+    with sumo(tmp_path) as peer:
+        compare(parallel_env(lowest), peer, bar=1.5)
 
 
-def simulator() -> Run:
-    core = Simulator(SCENARIO, ROWS)
-    core.reset(np.arange(ROWS, dtype=np.uint64))
-    actions = random_actions(OURS, STEPS, ROWS)
-
-    def run() -> None:
-        for step in range(STEPS):
-            core.step(actions[step])
-            core.reset_done()
-
-    return run
+@pytest.mark.usefixtures("one_core")
+def test_parallel_env_next_to_highway_env(compare: Compare) -> None:
+    compare(parallel_env(STRONG_BRAKES), highway_env(), bar=700, rounds=5)
 
 
-def vector_env(env_id: str) -> Run:
-    envs: VectorEnv[object, object, object] = gymnasium.make_vec(
-        env_id, num_envs=ROWS, vectorization_mode="vector_entry_point"
-    )
-    envs.reset(seed=0)
-    actions = random_actions(env_id, STEPS, ROWS)
-
-    def run() -> None:
-        for action in actions:
-            envs.step(action)
-
-    return run
+@actions
+@pytest.mark.usefixtures("one_core")
+def test_vector_env_next_to_cartpole(compare: Compare, lowest: int) -> None:
+    compare(vector_env(lowest), cartpole(), bar=3)
 
 
-def parallel_env() -> Run:
-    env = stop_line_v0.parallel_env()
-    env.reset(seed=0)
-    actions = random_actions(OURS, STEPS * 10).tolist()
-
-    def run() -> None:
-        for action in actions:
-            env.step(dict.fromkeys(env.agents, action))
-            if not env.agents:
-                env.reset()
-
-    return run
-
-
-SYSTEMS: dict[str, tuple[Callable[[], Run], int]] = {
-    "simulator, 1024 rows": (simulator, ROWS * STEPS),
-    "vector env, 1024 rows": (lambda: vector_env(OURS), ROWS * STEPS),
-    "CartPole-v1 vector env, 1024 rows": (lambda: vector_env(CARTPOLE), ROWS * STEPS),
-    "PettingZoo parallel env, 1 row": (parallel_env, STEPS * 10),
-}
-
-
-@pytest.mark.parametrize("system", SYSTEMS)
-def test_environment_steps_a_second(benchmark: BenchmarkFixture, system: str) -> None:
-    make, env_steps = SYSTEMS[system]
-    run = make()
-    benchmark.extra_info["env_steps"] = env_steps
-    benchmark(run)
-
-
-def test_ratio_to_native_cartpole(capsys: pytest.CaptureFixture[str]) -> None:
-    ours, theirs = vector_env(OURS), vector_env(CARTPOLE)
-    seconds = np.array([[_seconds(run) for run in (ours, theirs)] for _ in range(30)]).min(axis=0)
-    ratio = seconds[1] / seconds[0]
-    with capsys.disabled():
-        rates = ROWS * STEPS / seconds / 1e6
-        print(f"\nvector env {rates[0]:.1f}, CartPole-v1 {rates[1]:.1f} million env-steps/s: ratio {ratio:.2f}")
-
-
-def _seconds(run: Run) -> float:
-    started = perf_counter()
-    run()
-    return perf_counter() - started
+@pytest.mark.skipif(CORES < 2, reason="two threads need two cores")
+def test_two_threads_next_to_one(compare: Compare) -> None:
+    compare(simulator(threads=2), simulator(threads=1), bar=1.7, rounds=10)
