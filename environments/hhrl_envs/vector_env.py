@@ -58,7 +58,12 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArra
     def step(self, actions: NDArray[np.int64]) -> Batch:
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""
         simulator = self.simulator
-        simulator.step(actions, autoreset=True)
+        try:
+            simulator.step(actions, autoreset=True)
+        except InputError:
+            raise
+        except ValueError as refused:  # lists of unequal length
+            raise InputError(f"actions are {actions!r}; write integers of shape ({self.num_envs},)") from refused
         outcomes = simulator.outcomes
         truncations = outcomes == Outcome.TIMEOUT
         infos = {
