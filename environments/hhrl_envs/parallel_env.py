@@ -7,7 +7,16 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo.utils.env import ParallelEnv
 
-from hhrl_envs.arguments import RENDER_MODES, as_agent, as_render_mode, as_scenario, as_seed, bad_action, bad_agents
+from hhrl_envs.arguments import (
+    RENDER_MODES,
+    as_agent,
+    as_option,
+    as_render_mode,
+    as_scenario,
+    as_seed,
+    bad_action,
+    bad_agents,
+)
 from hhrl_envs.errors import InputError
 from hhrl_envs.outcomes import Outcome
 from hhrl_envs.scenario import Scenario
@@ -102,8 +111,9 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
 
     def show_option(self, option: int | None) -> None:
         """Let the pictures show the option that the ego has selected, until the next reset; None for a flat agent."""
+        selected = as_option(option)
         if self._screen is not None:
-            self._screen.show_option(option)
+            self._screen.option = selected
 
     def state(self) -> NDArray[np.float32]:
         """Return the global state: the observations of all possible agents one after another, float32 [11 * agents]."""

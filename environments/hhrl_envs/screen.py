@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_envs.arguments import as_option
 from hhrl_envs.errors import InputError
 from hhrl_envs.options import Option
 from hhrl_envs.rendering import Renderer
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 class Screen:
     """Draws row 0 of a simulator as ``render_mode`` says: 'human' into a window, 'rgb_array' as arrays.
 
-    ``option`` is the sub-goal that the pictures show as selected, None for a flat agent.
+    ``option`` is the sub-goal that the pictures show as selected, until the next episode begins; None for a flat agent.
 
     Raises:
         MissingExtraError: the ``render`` extra is not installed.
@@ -29,15 +28,11 @@ class Screen:
         self._renderer = Renderer(simulator.scenario)
         self._window: Window | None = None
         self._began = False
-        self._option: Option | None = None
-
-    def show_option(self, option: int | None) -> None:
-        """Show an option as selected from the next picture on, until the next episode begins."""
-        self._option = as_option(option)
+        self.option: Option | None = None
 
     def begin(self) -> None:
         """Take note that an episode has begun."""
-        self._began, self._option = True, None
+        self._began, self.option = True, None
         self.follow()
 
     def follow(self) -> None:
@@ -57,7 +52,7 @@ class Screen:
             self._window.close()
 
     def _frame(self) -> NDArray[np.uint8]:
-        return self._renderer.frame(self._simulator, option=self._option)
+        return self._renderer.frame(self._simulator, option=self.option)
 
     def _open(self) -> "Window":
         if self._window is None:

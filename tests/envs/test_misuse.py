@@ -132,7 +132,7 @@ def test_numbers_of_rows(count: Any) -> None:
 
 @pytest.mark.parametrize("option", [2, -2, 0.0, "SSL", True], ids=repr)
 def test_options_to_show(option: Any) -> None:
-    env = StopLineEnv(render_mode="rgb_array")
+    env = StopLineEnv()
     refused(lambda: env.show_option(option), f"option is {option!r}; write 0 (SSL), 1 (FFV), or None for a flat agent")
 
 
