@@ -22,7 +22,7 @@ from hhrl_envs.outcomes import Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.screen import Screen
 from hhrl_envs.simulator import Simulator
-from hhrl_envs.views import Info, action_space, is_terminal, observation_space, reset_info, step_info
+from hhrl_envs.views import Info, action_space, is_terminal, observation_space, reset_info, state_space, step_info
 
 EGO = "ego"
 
@@ -54,6 +54,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
         self.possible_agents = [EGO]
         self.agents: list[str] = []
         self._observation_space, self._action_space = observation_space(self.scenario), action_space(self.scenario)
+        self.state_space = state_space(self.scenario, len(self.possible_agents))
         self._seeded = False
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:

@@ -22,7 +22,8 @@ pytestmark = pytest.mark.filterwarnings("ignore:PettingZoo in TorchRL is tested 
 
 @pytest.mark.parametrize("scenario_id", SCENARIOS)
 def test_torchrl_accepts_the_view(scenario_id: str) -> None:
-    check_env_specs(PettingZooWrapper(NumericInfos(triad(scenario_id).parallel_env()), use_mask=True, seed=3))
+    view = NumericInfos(triad(scenario_id).parallel_env())
+    check_env_specs(PettingZooWrapper(view, use_mask=True, return_state=True, seed=3))
 
 
 def test_a_rollout_holds_what_the_view_says() -> None:

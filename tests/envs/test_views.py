@@ -1,6 +1,7 @@
 from typing import Any
 
 import gymnasium
+import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
@@ -72,3 +73,11 @@ def test_reset_without_a_seed_goes_on_to_the_next_episode() -> None:
     assert (second[EGO]["seed"], second[EGO]["episode"]) == (3, 1)
     fresh = stop_line_v0.parallel_env()
     assert fresh.reset()[1][EGO]["seed"] != stop_line_v0.parallel_env().reset()[1][EGO]["seed"]
+
+
+@EACH
+def test_the_state_lies_in_its_space(scenario: Scenario) -> None:
+    env = StopLineParallelEnv(scenario)
+    observations, _ = env.reset(seed=1)
+    assert env.state_space.contains(env.state())
+    assert (env.state() == np.concatenate(list(observations.values()))).all()
