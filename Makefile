@@ -2,13 +2,14 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help bench test lint benchmark
+.PHONY: help bench test lint benchmark interop
 
 help:
 	@echo "make bench      score the agents of the quick suite, print and write their leaderboard"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
 	@echo "make benchmark  measure the simulator's speed, next to its peers'"
+	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
 
 bench: .venv/installed-torch
 	$(BIN)/hhrl-bench run --suite quick
@@ -26,7 +27,15 @@ lint: .venv/installed-dev
 benchmark: .venv/installed-peers
 	$(BIN)/pytest tests/benchmarks -p no:xdist --benchmark-columns=min,median,rounds
 
+interop: .venv-ray/installed-interop
+	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/test_interop_rllib.py
+
 .venv/installed-%: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[$*]'
+	touch $@
+
+.venv-ray/installed-interop: pyproject.toml constraints-interop.txt
+	test -x .venv-ray/bin/python || $(PYTHON) -m venv .venv-ray
+	.venv-ray/bin/pip install --quiet --disable-pip-version-check --constraint constraints-interop.txt --editable '.[interop]'
 	touch $@

@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from hhrl_envs.arguments import RENDER_MODES, as_seed
 from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.views import Info
@@ -14,11 +15,11 @@ from hhrl_envs.views import Info
 class StopLineEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     """A Gymnasium environment of one scenario: the ego of ``StopLineParallelEnv``, with the same rewards and infos."""
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012
+    metadata = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012
 
     def __init__(self, scenario: Scenario | str = "stop-line-v0", render_mode: str | None = None) -> None:
         self.parallel = StopLineParallelEnv(scenario, render_mode)
-        self.render_mode = render_mode
+        self.metadata, self.render_mode = self.parallel.metadata, render_mode
         self.scenario = self.parallel.scenario
         self.observation_space: Any = self.parallel.observation_space(EGO)
         self.action_space: Any = self.parallel.action_space(EGO)
@@ -27,19 +28,24 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], Info]:
         """Return the first observation, float32 [11], and info of an episode; see ``StopLineParallelEnv.reset``."""
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else as_seed(seed))
         observations, infos = self.parallel.reset(seed=seed, options=options)
         return observations[EGO], infos[EGO]
 
     def step(self, action: np.int64) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
         """Return observation, r^task, terminated, truncated and info after one step."""
-        observations, rewards, terminations, truncations, infos = self.parallel.step({EGO: int(action)})
+        actions: dict[str, Any] = {EGO: action}
+        observations, rewards, terminations, truncations, infos = self.parallel.step(actions)
         return observations[EGO], rewards[EGO], terminations[EGO], truncations[EGO], infos[EGO]
 
     def render(self) -> Any:
-        """Return a picture of the road, uint8 [H, W, 3], or None without a render mode."""
+        """Return a picture of the road, uint8 [H, W, 3]; None without a render mode and where a window shows it."""
         return self.parallel.render()
 
+    def show_option(self, option: int | None) -> None:
+        """Let the pictures show the selected option; see ``StopLineParallelEnv.show_option``."""
+        self.parallel.show_option(option)
+
     def close(self) -> None:
-        """Let go of the renderer."""
+        """Close the window, where there is one."""
         self.parallel.close()

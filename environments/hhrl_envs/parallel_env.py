@@ -4,16 +4,25 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.utils import seeding
 from numpy.typing import NDArray
 from pettingzoo.utils.env import ParallelEnv
 
+from hhrl_envs.arguments import (
+    RENDER_MODES,
+    as_agent,
+    as_option,
+    as_render_mode,
+    as_scenario,
+    as_seed,
+    bad_action,
+    bad_agents,
+)
 from hhrl_envs.errors import InputError
 from hhrl_envs.outcomes import Outcome
-from hhrl_envs.registry import get_scenario
 from hhrl_envs.scenario import Scenario
+from hhrl_envs.screen import Screen
 from hhrl_envs.simulator import Simulator
-from hhrl_envs.views import Info, action_space, is_terminal, observation_space, reset_info, step_info
+from hhrl_envs.views import Info, action_space, is_terminal, observation_space, reset_info, state_space, step_info
 
 EGO = "ego"
 
@@ -23,35 +32,39 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
 
     ``rewards`` are r^task; ``infos[agent]`` carries ``reward_option`` and ``reward_action``, float64 [2] each, one
     entry an option, and ``outcome`` on the last step. At reset it carries the drawn profiles. ``reset(seed=s)`` starts
-    episode 0 of seed s, ``reset()`` the next episode of the same seed.
+    episode 0 of seed s, ``reset()`` the next episode of the same seed. ``render_mode="human"`` shows every step in a
+    window, ten steps of 0.1 s in a second; ``"rgb_array"`` lets ``render()`` return pictures.
+
+    Raises:
+        InputError: a scenario, render mode, seed, agent or action that is not allowed, or a step before reset.
     """
 
     metadata: dict[str, Any]
 
     def __init__(self, scenario: Scenario | str = "stop-line-v0", render_mode: str | None = None) -> None:
-        self.scenario = get_scenario(scenario) if isinstance(scenario, str) else scenario
-        if render_mode not in (None, "rgb_array"):
-            raise InputError(f"render_mode is {render_mode!r}; write None or 'rgb_array'")
+        self.scenario, self.render_mode = as_scenario(scenario), as_render_mode(render_mode)
         self.metadata = {
             "name": self.scenario.id.replace("-", "_"),
-            "render_modes": ["rgb_array"],
+            "render_modes": list(RENDER_MODES),
             "render_fps": round(1.0 / self.scenario.dt),
             "is_parallelizable": True,
         }
-        self.render_mode = render_mode
         self.simulator = Simulator(self.scenario, 1)
+        self._screen = None if render_mode is None else Screen(self.simulator, render_mode)
         self.possible_agents = [EGO]
         self.agents: list[str] = []
         self._observation_space, self._action_space = observation_space(self.scenario), action_space(self.scenario)
-        self._renderer: Any = None
+        self.state_space = state_space(self.scenario, len(self.possible_agents))
         self._seeded = False
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's observation space; the same for all agents."""
+        as_agent(agent, self.possible_agents)
         return self._observation_space
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's action space; the same for all agents."""
+        as_agent(agent, self.possible_agents)
         return self._action_space
 
     def reset(
@@ -61,10 +74,11 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
         if seed is None and self._seeded:
             self.simulator.next_episode(np.ones(1, np.bool_))
         else:
-            chosen = seeding.np_random()[1] % 2**63 if seed is None else seed
-            self.simulator.reset(np.array([chosen]))
+            self.simulator.reset(np.array([as_seed(seed)], np.uint64))
             self._seeded = True
         self.agents = list(self.possible_agents)
+        if self._screen is not None:
+            self._screen.begin()
         return {EGO: self.simulator.observations[0]}, {EGO: reset_info(self.simulator, 0)}
 
     def step(
@@ -75,10 +89,15 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
         if not self.agents:
             return {}, {}, {}, {}, {}
         simulator = self.simulator
-        simulator.step(np.array([actions[EGO]]))
+        try:
+            simulator.step(np.array([actions[EGO]]))
+        except ValueError as refused:
+            raise bad_action(EGO, actions[EGO], self.scenario) from refused
         outcome = int(simulator.outcomes[0])
         if outcome != Outcome.RUNNING:
             self.agents = []
+        if self._screen is not None:
+            self._screen.follow()
         return (
             {EGO: simulator.observations[0]},
             {EGO: float(simulator.rewards[0])},
@@ -88,26 +107,26 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
         )
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return a picture of the road, uint8 [H, W, 3], or None without a render mode."""
-        if self.render_mode is None:
-            return None
-        if self._renderer is None:
-            from hhrl_envs.rendering import Renderer  # noqa: PLC0415 - only the [render] extra brings what it needs
+        """Return a picture of the road, uint8 [H, W, 3]; None without a render mode and where a window shows it."""
+        return None if self._screen is None else self._screen.render()
 
-            self._renderer = Renderer(self.scenario)
-        frame: NDArray[np.uint8] = self._renderer.frame(self.simulator)
-        return frame
+    def show_option(self, option: int | None) -> None:
+        """Let the pictures show the option that the ego has selected, until the next reset; None for a flat agent."""
+        selected = as_option(option)
+        if self._screen is not None:
+            self._screen.option = selected
 
     def state(self) -> NDArray[np.float32]:
         """Return the global state: the observations of all possible agents one after another, float32 [11 * agents]."""
         return self.simulator.observations.ravel().copy()
 
     def close(self) -> None:
-        """Let go of the renderer."""
-        self._renderer = None
+        """Close the window, where there is one."""
+        if self._screen is not None:
+            self._screen.close()
 
-    def _check(self, actions: dict[str, int | None]) -> None:
+    def _check(self, actions: Any) -> None:
         if not self._seeded:
             raise InputError("step before reset; call reset(seed=...) first")
-        if set(actions) != set(self.agents):
-            raise InputError(f"actions for {sorted(actions)}; write one action for each of {self.agents}")
+        if not isinstance(actions, dict) or set(actions) != set(self.agents):
+            raise bad_agents(actions, self.agents)

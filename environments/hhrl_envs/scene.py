@@ -171,7 +171,7 @@ def _draw_read_out(canvas: Canvas, moment: Moment) -> None:
         x = 14 + column * 125.0
         canvas.text(x, 182, name, 16, GREY)
         canvas.text(x, 208, value, 28)
-    for row, option in enumerate(Option):
+    for row, option in enumerate(option for option in Option if moment.scenario.option_mask[option]):
         selected = moment.option is option
         colour = OPTION_COLOURS[option] if selected else PALE
         canvas.rect(WIDTH - 240, 172 + 31 * row, 226, 26, colour, radius=13)

@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from hhrl_envs.arguments import as_count, as_scenario, as_seeds
 from hhrl_envs.errors import InputError
 from hhrl_envs.outcomes import Outcome
-from hhrl_envs.registry import get_scenario
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.simulator import Simulator
 from hhrl_envs.views import Info, action_space, observation_space
@@ -26,8 +25,7 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArra
 
     ``reset(seed=s)`` gives row i the seed s + i, a list gives every row its own. The step after an episode's end
     ignores that row's action, starts its next episode and returns the first observation with reward 0. ``infos`` holds
-    ``reward_option`` and
-    ``reward_action``, float64 [B, 2], and ``outcome``, int8 [B] of ``Outcome`` codes.
+    ``reward_option`` and ``reward_action``, float64 [B, 2], and ``outcome``, int8 [B] of ``Outcome`` codes.
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -39,9 +37,9 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArra
             raise InputError(
                 f"render_mode is {render_mode!r}; the vector view draws nothing, render a single environment"
             )
-        self.scenario = get_scenario(scenario) if isinstance(scenario, str) else scenario
+        self.num_envs, self.render_mode = as_count(num_envs, "num_envs"), None
+        self.scenario = as_scenario(scenario)
         self.simulator = Simulator(self.scenario, num_envs)
-        self.num_envs, self.render_mode = num_envs, None
         self.single_observation_space = observation_space(self.scenario)
         self.single_action_space = action_space(self.scenario)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -55,15 +53,19 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArra
         if seed is None and self._seeded:
             self.simulator.next_episode(np.ones(self.num_envs, np.bool_))
         else:
-            first = seeding.np_random()[1] % 2**63 if seed is None else seed
-            self.simulator.reset(first + np.arange(self.num_envs) if isinstance(first, int) else np.asarray(first))
+            self.simulator.reset(as_seeds(seed, self.num_envs))
             self._seeded = True
         return self.simulator.observations, {"feasible": self.simulator.feasible.copy()}
 
     def step(self, actions: NDArray[np.int64]) -> Batch:
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""
         simulator = self.simulator
-        simulator.step(actions, autoreset=True)
+        try:
+            simulator.step(actions, autoreset=True)
+        except InputError:
+            raise
+        except ValueError as refused:  # lists of unequal length
+            raise InputError(f"actions are {actions!r}; write integers of shape ({self.num_envs},)") from refused
         outcomes = simulator.outcomes
         truncations = outcomes == TIMEOUT
         infos = {

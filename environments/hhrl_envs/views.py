@@ -41,6 +41,12 @@ def observation_space(scenario: Scenario) -> spaces.Box:
     return spaces.Box(low, high, dtype=np.float32)
 
 
+def state_space(scenario: Scenario, agents: int) -> spaces.Box:
+    """Return the box of the global state: the agents' observations one after another, float32 [11 * agents]."""
+    one = observation_space(scenario)
+    return spaces.Box(np.tile(one.low, agents), np.tile(one.high, agents), dtype=np.float32)
+
+
 def action_space(scenario: Scenario) -> spaces.Discrete:
     """Return the discrete throttle and brake levels of the scenario."""
     return spaces.Discrete(scenario.num_actions)

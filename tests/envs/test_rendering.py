@@ -129,3 +129,12 @@ def test_signal_turns_from_red_to_green() -> None:
     (red, no_green), (no_red, green) = lamps
     assert min(red, green) > 50
     assert no_green == no_red == 0
+
+
+@pytest.mark.parametrize(("scenario_id", "pills"), [("follow-v0", 1), ("solo-stop-v0", 1), ("stop-line-v0", 2)])
+def test_only_options_of_the_scenario_are_offered(scenario_id: str, pills: int) -> None:
+    scenario = get_scenario(scenario_id)
+    frame = picture(Moment(scenario, np.array([(-60.0, 8.0, 0.0)]), None, 1.0, Outcome.RUNNING, None))
+    offered = count(frame[170:], drawing.PALE)
+    full = count(picture(moment((-60.0, 8.0, 0.0)))[170:], drawing.PALE) / 2
+    assert offered == pytest.approx(pills * full, rel=0.05)

@@ -1,4 +1,3 @@
-import warnings
 from typing import Any
 
 import gymnasium
@@ -6,38 +5,20 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from hhrl_envs import SCENARIOS, InputError, Outcome, Scenario, stop_line_v0
+from hhrl_envs import SCENARIOS, Outcome, Scenario, stop_line_v0
 from hhrl_envs.gym_env import StopLineEnv
 from hhrl_envs.gym_registration import gym_id
 from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
 from hhrl_envs.vector_env import StopLineVectorEnv
 from support.driving import random_actions
 
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore")
-    from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
-
 EACH = pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenario: scenario.id)
-pytestmark = pytest.mark.filterwarnings("ignore:We recommend agents:UserWarning")
 
 
 @EACH
-def test_pettingzoo_accepts_the_parallel_view(scenario: Scenario) -> None:
-    parallel_api_test(StopLineParallelEnv(scenario), num_cycles=500)
-    parallel_seed_test(lambda: StopLineParallelEnv(scenario))
-
-
-def test_pettingzoo_accepts_the_module_triad() -> None:
-    parallel_api_test(stop_line_v0.parallel_env(), num_cycles=200)
-    api_test(stop_line_v0.raw_env(), num_cycles=200)
-    api_test(stop_line_v0.env(), num_cycles=200)
-
-
-@EACH
-def test_gymnasium_accepts_the_single_view(scenario: Scenario) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        check_env(gymnasium.make(gym_id(scenario.id)).unwrapped, skip_render_check=True)
+def test_gymnasium_accepts_the_single_view(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    check_env(gymnasium.make(gym_id(scenario.id)).unwrapped)
 
 
 @EACH
@@ -94,30 +75,9 @@ def test_reset_without_a_seed_goes_on_to_the_next_episode() -> None:
     assert fresh.reset()[1][EGO]["seed"] != stop_line_v0.parallel_env().reset()[1][EGO]["seed"]
 
 
-def test_wrong_use_is_named() -> None:
-    env = stop_line_v0.parallel_env()
-    with pytest.raises(InputError, match="before reset"):
-        env.step({EGO: 0})
-    env.reset(seed=1)
-    with pytest.raises(InputError, match="egon"):
-        env.step({"egon": 0})
-    with pytest.raises(InputError, match="action 17"):
-        env.step({EGO: 17})
-    with pytest.raises(InputError, match="render_mode"):
-        StopLineParallelEnv(render_mode="ascii")
-    with pytest.raises(InputError, match="render"):
-        StopLineVectorEnv(2, render_mode="rgb_array")
-    while env.agents:
-        env.step({EGO: 5})
-    with pytest.raises(InputError, match="write one action"):
-        env.step({EGO: 5})
-
-
-def test_render_draws_what_the_mode_asks_for() -> None:
-    env = StopLineParallelEnv(render_mode="rgb_array")
-    env.reset(seed=1)
-    frame = env.render()
-    assert frame is not None
-    assert frame.ndim == 3
-    assert np.ptp(frame) > 0
-    assert StopLineParallelEnv().render() is None
+@EACH
+def test_the_state_lies_in_its_space(scenario: Scenario) -> None:
+    env = StopLineParallelEnv(scenario)
+    observations, _ = env.reset(seed=1)
+    assert env.state_space.contains(env.state())
+    assert (env.state() == np.concatenate(list(observations.values()))).all()

@@ -1,0 +1,88 @@
+"""What a user may pass to a view: returned in one form, or refused in one line that says what to write instead."""
+
+import operator
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.utils import seeding
+from numpy.typing import NDArray
+
+from hhrl_envs.errors import InputError, require_value
+from hhrl_envs.options import Option
+from hhrl_envs.registry import get_scenario
+from hhrl_envs.scenario import Scenario
+
+RENDER_MODES = ("human", "rgb_array")
+
+
+def as_scenario(scenario: Scenario | str) -> Scenario:
+    """Return the scenario itself, or the registered one of that id."""
+    if isinstance(scenario, str):
+        return get_scenario(scenario)
+    allowed = "a registered id, such as 'stop-line-v0', or a Scenario"
+    require_value(isinstance(scenario, Scenario), "scenario", repr(scenario), allowed)
+    return scenario
+
+
+def as_render_mode(mode: str | None) -> str | None:
+    """Return the render mode."""
+    require_value(mode in (None, *RENDER_MODES), "render_mode", repr(mode), "None, 'human' or 'rgb_array'")
+    return mode
+
+
+def as_seed(seed: int | None) -> int:
+    """Return the seed, an integer in [0, 2^64); a fresh one where it is None."""
+    if seed is None:
+        return int(seeding.np_random()[1] % 2**63)
+    known = _is_integer(seed) and 0 <= seed < 2**64
+    require_value(known, "seed", repr(seed), "an integer from 0 to 2^64 - 1, or None for a fresh one")
+    return operator.index(seed)
+
+
+def as_seeds(seed: int | Sequence[int] | None, rows: int) -> NDArray[np.uint64]:
+    """Return a seed for each row, uint64 [rows]: ``seed + i``, or the given ones."""
+    if isinstance(seed, (list, tuple, np.ndarray)):
+        require_value(len(seed) == rows, "seed", f"a list of {len(seed)}", f"one integer for each of {rows} rows")
+        return np.array([as_seed(one) for one in seed], np.uint64)
+    first = as_seed(seed)  # type: ignore[arg-type]  # what is no integer is refused there
+    require_value(first + rows <= 2**64, "seed", repr(seed), f"an integer from 0 to 2^64 - {rows}")
+    return np.uint64(first) + np.arange(rows, dtype=np.uint64)
+
+
+def as_count(count: int, name: str) -> int:
+    """Return the number of something."""
+    require_value(_is_integer(count) and count >= 1, name, repr(count), "an integer, at least 1")
+    return operator.index(count)
+
+
+def as_option(option: int | None) -> Option | None:
+    """Return the option; None for None and for the -1 of a flat agent."""
+    known = option is None or (_is_integer(option) and -1 <= option < len(Option))
+    names = ", ".join(f"{one.value} ({one.name})" for one in Option)
+    require_value(known, "option", repr(option), f"{names}, or None for a flat agent")
+    return None if option is None or option < 0 else Option(option)
+
+
+def as_agent(agent: str, agents: Sequence[str]) -> str:
+    """Return the name of an agent."""
+    require_value(agent in agents, "agent", repr(agent), f"one of {list(agents)}")
+    return agent
+
+
+def bad_action(agent: str, action: Any, scenario: Scenario) -> InputError:
+    """Return the error that names an agent's action, which the simulator has refused, and the allowed ones."""
+    allowed = f"an integer from 0 to {scenario.num_actions - 1}, a level of {scenario.id!r}"
+    return InputError(f"action of {agent!r} is {action!r}; write {allowed}")
+
+
+def bad_agents(actions: Any, agents: Sequence[str]) -> InputError:
+    """Return the error that says whose actions are missing or too many."""
+    given = f"actions for {list(actions)}" if isinstance(actions, dict) else f"actions are {actions!r}"
+    if not agents:
+        return InputError(f"{given}, but the episode is over; call reset() first")
+    return InputError(f"{given}; write a dict with one action for each of {list(agents)}")
+
+
+def _is_integer(value: object) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)

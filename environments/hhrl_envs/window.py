@@ -1,0 +1,50 @@
+"""A window on the screen that shows frames at a steady pace. Needs the ``render`` extra."""
+
+import os
+
+from numpy import uint8
+from numpy.typing import NDArray
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # before the import: pygame would print a greeting
+
+import pygame
+
+
+class Window:
+    """Shows frames, ``frames_per_second`` at most, in a window of its own that opens with the first one.
+
+    Once its close button was pressed it stays closed: further frames are neither shown nor waited for.
+    """
+
+    def __init__(self, title: str, frames_per_second: int) -> None:
+        self._title, self._pace = title, frames_per_second
+        self._clock = pygame.time.Clock()
+        self._window: pygame.Window | None = None
+        self.closed = False
+
+    def show(self, frame: NDArray[uint8]) -> None:
+        """Show a frame, uint8 [H, W, 3], and wait until its time is over."""
+        if self._window is None and not self.closed:
+            pygame.display.init()
+            self._window = pygame.Window(self._title, (frame.shape[1], frame.shape[0]))
+        self._listen()
+        if self._window is not None:
+            pygame.surfarray.blit_array(self._window.get_surface(), frame.swapaxes(0, 1))
+            self._window.flip()
+            self._clock.tick(self._pace)
+
+    def close(self) -> None:
+        """Close the window."""
+        if self._window is not None:
+            self._window.destroy()
+        self._window, self.closed = None, True
+
+    def _listen(self) -> None:
+        """Take all events of the user, and heed those that ask a window to close; other windows hear theirs too."""
+        if self._window is None:
+            return
+        for event in pygame.event.get():
+            if event.type == pygame.WINDOWCLOSE and event.window is not self._window:
+                pygame.event.post(event)
+            elif event.type == pygame.WINDOWCLOSE:
+                self.close()

@@ -1,0 +1,46 @@
+"""SuperSuit turns the PettingZoo view into vector environments, and Stable-Baselines3 trains on them."""
+
+import numpy as np
+import pytest
+from stable_baselines3 import PPO
+
+from hhrl_envs import SCENARIOS, stop_line_v0
+from hhrl_envs.parallel_env import EGO
+from hhrl_envs.triads import triad
+
+supersuit = pytest.importorskip("supersuit", reason="SuperSuit is not installed")
+
+
+@pytest.mark.parametrize("scenario_id", SCENARIOS)
+def test_markov_vector_env_tells_the_same_story(scenario_id: str) -> None:
+    env = supersuit.pettingzoo_env_to_vec_env_v1(triad(scenario_id).parallel_env())
+    alone = triad(scenario_id).parallel_env()
+    observations, _ = env.reset(seed=5)
+    assert (observations[0] == alone.reset(seed=5)[0][EGO]).all()
+    for action in (5, 5, 3, 0):
+        observations, rewards, terminated, truncated, _ = env.step(np.array([action]))
+        expected = alone.step({EGO: action})
+        assert (observations[0] == expected[0][EGO]).all()
+        assert rewards[0] == np.float32(expected[1][EGO])
+        assert (bool(terminated[0]), bool(truncated[0])) == (expected[2][EGO], expected[3][EGO])
+
+
+def test_concatenated_copies_are_independent_and_reset_themselves() -> None:
+    single = supersuit.pettingzoo_env_to_vec_env_v1(stop_line_v0.parallel_env())
+    copies = supersuit.concat_vec_envs_v1(single, 3, num_cpus=1, base_class="gymnasium")
+    first, _ = copies.reset(seed=5)
+    assert first.shape == (3, 11)
+    assert len(np.unique(first, axis=0)) == 3
+    endings = 0
+    for _ in range(700):
+        observations, _, terminated, truncated, _ = copies.step(np.full(3, 5))
+        endings += int(terminated.sum() + truncated.sum())
+    assert endings > 3
+    assert np.isfinite(observations).all()
+
+
+def test_stable_baselines_trains_on_it() -> None:
+    single = supersuit.pettingzoo_env_to_vec_env_v1(stop_line_v0.parallel_env())
+    copies = supersuit.concat_vec_envs_v1(single, 2, num_cpus=1, base_class="stable_baselines3")
+    model = PPO("MlpPolicy", copies, n_steps=64, batch_size=64, n_epochs=1, device="cpu").learn(256)
+    assert model.num_timesteps == 256

@@ -1,0 +1,43 @@
+"""TorchRL wraps the PettingZoo view; its own checker accepts it, and rollouts carry the rewards of both levels."""
+
+import warnings
+
+import numpy as np
+import pytest
+import torch
+
+from hhrl_envs import SCENARIOS
+from hhrl_envs.numeric_infos import NumericInfos
+from hhrl_envs.parallel_env import EGO
+from hhrl_envs.triads import triad
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # TorchRL and what it imports use names that Python and torch are retiring
+    pytest.importorskip("torchrl", reason="TorchRL is not installed")
+    from torchrl.envs import PettingZooWrapper
+    from torchrl.envs.utils import check_env_specs
+
+pytestmark = pytest.mark.filterwarnings("ignore:PettingZoo in TorchRL is tested using version:UserWarning")
+
+
+@pytest.mark.parametrize("scenario_id", SCENARIOS)
+def test_torchrl_accepts_the_view(scenario_id: str) -> None:
+    view = NumericInfos(triad(scenario_id).parallel_env())
+    check_env_specs(PettingZooWrapper(view, use_mask=True, return_state=True, seed=3))
+
+
+def test_a_rollout_holds_what_the_view_says() -> None:
+    wrapped = PettingZooWrapper(NumericInfos(triad("stop-line-v0").parallel_env()), seed=3)
+    alone = triad("stop-line-v0").parallel_env()
+    wrapped.set_seed(3)
+    alone.reset(seed=3)
+    alone.reset()  # a rollout resets without a seed, which is the next episode of seed 3
+    rollout = wrapped.rollout(40, policy=lambda data: data.set((EGO, "action"), torch.tensor([4])))
+    assert rollout.shape == (40,)
+    for step in range(40):
+        observations, rewards, _, _, infos = alone.step({EGO: 4})
+        after = rollout[step]["next", EGO]
+        assert np.array_equal(after["observation"][0].numpy(), observations[EGO])
+        assert after["reward"].item() == np.float32(rewards[EGO])
+        for name in ("reward_option", "reward_action"):
+            assert np.array_equal(after["info", name][0].numpy(), infos[EGO][name].astype(np.float32))

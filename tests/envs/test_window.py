@@ -1,0 +1,121 @@
+"""The window of render_mode="human": what it shows, its pace, its close button, and two windows at once."""
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pygame
+import pytest
+
+from hhrl_envs import Option, two_stops_v0
+from hhrl_envs.drawing import GREEN, ORANGE
+from hhrl_envs.gym_env import StopLineEnv
+from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
+from hhrl_envs.window import Window
+
+FRAME = np.full((240, 960, 3), (10, 200, 30), np.uint8)
+
+
+@pytest.fixture(autouse=True)
+def _no_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+
+
+def shown(window: Window) -> np.ndarray:
+    assert window._window is not None
+    return pygame.surfarray.array3d(window._window.get_surface()).swapaxes(0, 1)
+
+
+def press_close(window: Window) -> None:
+    pygame.event.post(pygame.event.Event(pygame.WINDOWCLOSE, window=window._window))
+
+
+def test_a_window_shows_the_frame() -> None:
+    window = Window("test", 1000)
+    window.show(FRAME)
+    assert np.array_equal(shown(window), FRAME)
+    window.close()
+
+
+def test_frames_keep_their_pace() -> None:
+    window = Window("test", 20)
+    window.show(FRAME)
+    start = time.perf_counter()
+    for _ in range(6):
+        window.show(FRAME)
+    assert time.perf_counter() - start > 0.24  # six frames of 0.05 s, less the clock's rounding
+    window.close()
+
+
+def test_the_close_button_closes_its_window_only_and_for_good() -> None:
+    one, two = Window("one", 1000), Window("two", 1000)
+    one.show(FRAME)
+    two.show(FRAME)
+    press_close(two)
+    one.show(FRAME)
+    two.show(FRAME)
+    assert (one.closed, two.closed) == (False, True)
+    two.show(FRAME)
+    assert two._window is None
+    one.close()
+
+
+def test_an_episode_goes_on_without_its_window() -> None:
+    env = two_stops_v0.parallel_env(render_mode="human")
+    env.reset(seed=3)
+    assert env._screen is not None
+    assert env._screen._window is not None
+    press_close(env._screen._window)
+    start = time.perf_counter()
+    for _ in range(20):
+        env.step({EGO: 3})
+    assert time.perf_counter() - start < 1.0  # twenty shown steps would take two seconds
+    env.close()
+
+
+def test_every_reset_and_step_is_shown_and_render_returns_nothing() -> None:
+    human, array = StopLineParallelEnv(render_mode="human"), StopLineParallelEnv(render_mode="rgb_array")
+    for env in (human, array):
+        env.reset(seed=3)
+    assert human._screen is not None
+    assert human.render() is None
+    for action in (5, 0, 0):
+        assert human._screen._window is not None
+        picture = array.render()
+        assert picture is not None
+        assert np.array_equal(shown(human._screen._window), picture)
+        human.step({EGO: action})
+        array.step({EGO: action})
+    human.close()
+
+
+@pytest.mark.parametrize(("option", "colour"), [(Option.SSL, ORANGE), (Option.FFV, GREEN)])
+def test_the_pictures_show_the_option_that_was_told_until_the_next_reset(
+    option: Option, colour: tuple[int, int, int]
+) -> None:
+    env = StopLineEnv(render_mode="rgb_array")
+    env.reset(seed=3)
+    before = env.render()
+    env.show_option(option)
+    told = env.render()
+    assert (told == colour).all(axis=-1).sum() > (before == colour).all(axis=-1).sum() + 1000
+    env.show_option(-1)
+    assert np.array_equal(env.render(), before)
+    env.show_option(option)
+    env.reset(seed=3)
+    assert np.array_equal(env.render(), before)
+
+
+def test_nothing_is_imported_before_it_is_needed() -> None:
+    code = """if True:
+        import sys
+        from hhrl_envs import stop_line_v0
+        env = stop_line_v0.parallel_env(render_mode="human")
+        assert "pygame" not in sys.modules
+        env.reset(seed=1)
+        assert "pygame" in sys.modules
+        env.close()
+    """
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
