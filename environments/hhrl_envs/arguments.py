@@ -70,10 +70,13 @@ def as_agent(agent: str, agents: Sequence[str]) -> str:
     return agent
 
 
-def bad_action(agent: str, action: Any, scenario: Scenario) -> InputError:
-    """Return the error that names an agent's action, which the simulator has refused, and the allowed ones."""
-    allowed = f"an integer from 0 to {scenario.num_actions - 1}, a level of {scenario.id!r}"
-    return InputError(f"action of {agent!r} is {action!r}; write {allowed}")
+def as_learned_fronts(count: int | None, scenario: Scenario) -> int:
+    """Return how many front vehicles are agents: the scenario's own number where it is None."""
+    if count is None:
+        return scenario.learned_fronts or 0
+    require_value(_is_integer(count), "learned_fronts", repr(count), "an integer, 0 or more")
+    scenario.require_fronts(count)
+    return operator.index(count)
 
 
 def bad_agents(actions: Any, agents: Sequence[str]) -> InputError:

@@ -12,13 +12,21 @@ from hhrl_envs.scenario import Scenario
 from hhrl_envs.views import Info
 
 
-class StopLineEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
-    """A Gymnasium environment of one scenario: the ego of ``StopLineParallelEnv``, with the same rewards and infos."""
+class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
+    """A Gymnasium environment of one scenario: the ego of ``StopLineParallelEnv``, with the same rewards and infos.
+
+    All front vehicles are scripted, also where the scenario is made for learned ones.
+    """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012
 
-    def __init__(self, scenario: Scenario | str = "stop-line-v0", render_mode: str | None = None) -> None:
-        self.parallel = StopLineParallelEnv(scenario, render_mode)
+    def __init__(
+        self,
+        scenario: Scenario | str = "stop-line-v0",
+        render_mode: str | None = None,
+        continuous_actions: bool = False,
+    ) -> None:
+        self.parallel = StopLineParallelEnv(scenario, render_mode, 0, continuous_actions)
         self.metadata, self.render_mode = self.parallel.metadata, render_mode
         self.scenario = self.parallel.scenario
         self.observation_space: Any = self.parallel.observation_space(EGO)
@@ -32,10 +40,9 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         observations, infos = self.parallel.reset(seed=seed, options=options)
         return observations[EGO], infos[EGO]
 
-    def step(self, action: np.int64) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
         """Return observation, r^task, terminated, truncated and info after one step."""
-        actions: dict[str, Any] = {EGO: action}
-        observations, rewards, terminations, truncations, infos = self.parallel.step(actions)
+        observations, rewards, terminations, truncations, infos = self.parallel.step({EGO: action})
         return observations[EGO], rewards[EGO], terminations[EGO], truncations[EGO], infos[EGO]
 
     def render(self) -> Any:

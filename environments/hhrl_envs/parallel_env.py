@@ -1,4 +1,4 @@
-"""The PettingZoo view: a parallel environment with the ego as its agent among scripted front vehicles."""
+"""The PettingZoo view: a parallel environment of the ego and, where wanted, learned front vehicles."""
 
 from typing import Any
 
@@ -7,31 +7,41 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo.utils.env import ParallelEnv
 
+from hhrl_envs.actions import Levels, Pedals
 from hhrl_envs.arguments import (
     RENDER_MODES,
     as_agent,
+    as_learned_fronts,
     as_option,
     as_render_mode,
     as_scenario,
     as_seed,
-    bad_action,
     bad_agents,
 )
 from hhrl_envs.errors import InputError
-from hhrl_envs.outcomes import Outcome
+from hhrl_envs.outcomes import TIMEOUT, Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.screen import Screen
 from hhrl_envs.simulator import Simulator
-from hhrl_envs.views import Info, action_space, is_terminal, observation_space, reset_info, state_space, step_info
+from hhrl_envs.views import Info, observation_space, reset_info, state_space
 
 EGO = "ego"
+Observations = dict[str, NDArray[np.float32]]
+Step = tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]
+
+_OUTCOMES = list(Outcome)
 
 
-class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
+class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
     """A parallel PettingZoo environment of one scenario.
 
+    Its agents are the ``ego`` and ``learned_fronts`` front vehicles, ``front_1`` being the nearest to it; None stands
+    for the scenario's own number, which is 0 but for the scenarios that are made for it. They leave one by one. With
+    ``continuous_actions`` an action is a number in [-1, 1] instead of a level; see ``hhrl_envs.actions``.
+
     ``rewards`` are r^task; ``infos[agent]`` carries ``reward_option`` and ``reward_action``, float64 [2] each, one
-    entry an option, and ``outcome`` on the last step. At reset it carries the drawn profiles. ``reset(seed=s)`` starts
+    entry an option, and ``outcome`` on the last step. At reset it carries the drawn profiles and whether the episode is
+    ``feasible``; with learned front vehicles that is known when the ego's episode ends. ``reset(seed=s)`` starts
     episode 0 of seed s, ``reset()`` the next episode of the same seed. ``render_mode="human"`` shows every step in a
     window, ten steps of 0.1 s in a second; ``"rgb_array"`` lets ``render()`` return pictures.
 
@@ -41,7 +51,13 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
 
     metadata: dict[str, Any]
 
-    def __init__(self, scenario: Scenario | str = "stop-line-v0", render_mode: str | None = None) -> None:
+    def __init__(
+        self,
+        scenario: Scenario | str = "stop-line-v0",
+        render_mode: str | None = None,
+        learned_fronts: int | None = None,
+        continuous_actions: bool = False,
+    ) -> None:
         self.scenario, self.render_mode = as_scenario(scenario), as_render_mode(render_mode)
         self.metadata = {
             "name": self.scenario.id.replace("-", "_"),
@@ -49,11 +65,14 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
             "render_fps": round(1.0 / self.scenario.dt),
             "is_parallelizable": True,
         }
-        self.simulator = Simulator(self.scenario, 1)
+        fronts = as_learned_fronts(learned_fronts, self.scenario)
+        self.simulator = Simulator(self.scenario, 1, learned_fronts=fronts)
         self._screen = None if render_mode is None else Screen(self.simulator, render_mode)
-        self.possible_agents = [EGO]
+        self.possible_agents = [EGO, *(f"front_{slot}" for slot in range(1, fronts + 1))]
         self.agents: list[str] = []
-        self._observation_space, self._action_space = observation_space(self.scenario), action_space(self.scenario)
+        self._slots = {agent: slot for slot, agent in enumerate(self.possible_agents)}
+        self._actions = Pedals(self.scenario) if continuous_actions else Levels(self.scenario)
+        self._observation_space = observation_space(self.scenario)
         self.state_space = state_space(self.scenario, len(self.possible_agents))
         self._seeded = False
 
@@ -65,11 +84,9 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
     def action_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's action space; the same for all agents."""
         as_agent(agent, self.possible_agents)
-        return self._action_space
+        return self._actions.space
 
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, NDArray[np.float32]], dict[str, Info]]:
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Info]]:
         """Return the first observations and infos of an episode."""
         if seed is None and self._seeded:
             self.simulator.next_episode(np.ones(1, np.bool_))
@@ -79,32 +96,26 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
         self.agents = list(self.possible_agents)
         if self._screen is not None:
             self._screen.begin()
-        return {EGO: self.simulator.observations[0]}, {EGO: reset_info(self.simulator, 0)}
+        observations = self.simulator.raw_observations
+        infos = {agent: reset_info(self.simulator, 0) for agent in self.agents}
+        return {agent: observations[:, slot, 0] for agent, slot in self._slots.items()}, infos
 
-    def step(
-        self, actions: dict[str, int | None]
-    ) -> tuple[dict[str, NDArray[np.float32]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
+    def step(self, actions: dict[str, Any]) -> Step:
         """Return observations, rewards, terminations, truncations and infos of the live agents after one step."""
-        self._check(actions)
-        if not self.agents:
+        live = self.agents
+        if not live or not isinstance(actions, dict) or len(actions) != len(live):
+            self._refuse(actions)
             return {}, {}, {}, {}, {}
-        simulator = self.simulator
+        slots, acceleration = self._slots, self._actions.acceleration
         try:
-            simulator.step(np.array([actions[EGO]]))
-        except ValueError as refused:
-            raise bad_action(EGO, actions[EGO], self.scenario) from refused
-        outcome = int(simulator.outcomes[0])
-        if outcome != Outcome.RUNNING:
-            self.agents = []
+            targets = {slots[agent]: acceleration(agent, actions[agent]) for agent in live}
+        except KeyError:
+            raise bad_agents(actions, live) from None
+        self.simulator.step_row(targets)
+        told = self._tell(live)
         if self._screen is not None:
             self._screen.follow()
-        return (
-            {EGO: simulator.observations[0]},
-            {EGO: float(simulator.rewards[0])},
-            {EGO: is_terminal(outcome)},
-            {EGO: outcome == Outcome.TIMEOUT},
-            {EGO: step_info(simulator, 0)},
-        )
+        return told
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture of the road, uint8 [H, W, 3]; None without a render mode and where a window shows it."""
@@ -118,15 +129,37 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], int | None]):
 
     def state(self) -> NDArray[np.float32]:
         """Return the global state: the observations of all possible agents one after another, float32 [11 * agents]."""
-        return self.simulator.observations.ravel().copy()
+        return self.simulator.raw_observations[:, :, 0].T.ravel()
 
     def close(self) -> None:
         """Close the window, where there is one."""
         if self._screen is not None:
             self._screen.close()
 
-    def _check(self, actions: Any) -> None:
+    def _tell(self, live: list[str]) -> Step:
+        """Return what the agents that were live before the step get from it, and let those leave that have ended."""
+        seen, results, slots = self.simulator.raw_observations, self.simulator.raw_results, self._slots
+        told: Step = ({}, {}, {}, {}, {})
+        observations, rewards, terminations, truncations, infos = told
+        for agent in live:
+            slot = slots[agent]
+            own = results[:, slot, 0]
+            reward, *_, outcome = own.tolist()
+            info: Info = {"reward_option": own[1:3], "reward_action": own[3:5]}
+            if outcome:
+                self.agents = [other for other in self.agents if other != agent]
+                info["outcome"] = _OUTCOMES[int(outcome)]
+                if slot == 0:
+                    info["feasible"] = bool(self.simulator.feasible[0])
+            observations[agent], rewards[agent] = seen[:, slot, 0], reward
+            truncations[agent] = outcome == TIMEOUT
+            terminations[agent] = outcome != 0.0 and outcome != TIMEOUT
+            infos[agent] = info
+        return told
+
+    def _refuse(self, actions: Any) -> None:
+        """Raise an error for a step that cannot be; one without agents and actions is the only one that is left."""
         if not self._seeded:
             raise InputError("step before reset; call reset(seed=...) first")
-        if not isinstance(actions, dict) or set(actions) != set(self.agents):
+        if not isinstance(actions, dict) or actions or self.agents:
             raise bad_agents(actions, self.agents)

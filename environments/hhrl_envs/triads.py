@@ -23,6 +23,8 @@ class ViewArguments(TypedDict, total=False):
     """The keyword arguments of every PettingZoo view; see ``StopLineParallelEnv``."""
 
     render_mode: str | None
+    learned_fronts: int | None
+    continuous_actions: bool
 
 
 class MakesView(Protocol[View_co]):

@@ -8,30 +8,38 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from hhrl_envs.actions import Levels, Pedals
 from hhrl_envs.arguments import as_count, as_scenario, as_seeds
 from hhrl_envs.errors import InputError
 from hhrl_envs.outcomes import Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.simulator import Simulator
-from hhrl_envs.views import Info, action_space, observation_space
+from hhrl_envs.views import Info, observation_space
 
 RUNNING, TIMEOUT = int(Outcome.RUNNING), int(Outcome.TIMEOUT)
 
 Batch = tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]
 
 
-class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[Any]]):
-    """``num_envs`` independent rows of one scenario with NEXT_STEP auto-reset.
+class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any]]):
+    """``num_envs`` independent rows of one scenario with NEXT_STEP auto-reset, stepped by ``threads`` threads.
 
     ``reset(seed=s)`` gives row i the seed s + i, a list gives every row its own. The step after an episode's end
     ignores that row's action, starts its next episode and returns the first observation with reward 0. ``infos`` holds
-    ``reward_option`` and ``reward_action``, float64 [B, 2], and ``outcome``, int8 [B] of ``Outcome`` codes.
+    ``reward_option`` and ``reward_action``, float64 [B, 2], and ``outcome``, int8 [B] of ``Outcome`` codes. With
+    ``continuous_actions`` an action is a number in [-1, 1], float32 [B, 1]; see ``hhrl_envs.actions``. All front
+    vehicles are scripted.
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
     def __init__(
-        self, num_envs: int = 1, scenario: Scenario | str = "stop-line-v0", render_mode: str | None = None
+        self,
+        num_envs: int = 1,
+        scenario: Scenario | str = "stop-line-v0",
+        render_mode: str | None = None,
+        continuous_actions: bool = False,
+        threads: int = 1,
     ) -> None:
         if render_mode is not None:
             raise InputError(
@@ -39,9 +47,10 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArra
             )
         self.num_envs, self.render_mode = as_count(num_envs, "num_envs"), None
         self.scenario = as_scenario(scenario)
-        self.simulator = Simulator(self.scenario, num_envs)
+        self.simulator = Simulator(self.scenario, num_envs, as_count(threads, "threads"))
+        self._actions = Pedals(self.scenario) if continuous_actions else Levels(self.scenario)
         self.single_observation_space = observation_space(self.scenario)
-        self.single_action_space = action_space(self.scenario)
+        self.single_action_space = self._actions.space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._seeded = False
@@ -55,17 +64,12 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArra
         else:
             self.simulator.reset(as_seeds(seed, self.num_envs))
             self._seeded = True
-        return self.simulator.observations, {"feasible": self.simulator.feasible.copy()}
+        return self.simulator.observations, {"feasible": self.simulator.feasible}
 
-    def step(self, actions: NDArray[np.int64]) -> Batch:
+    def step(self, actions: NDArray[Any]) -> Batch:
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""
         simulator = self.simulator
-        try:
-            simulator.step(actions, autoreset=True)
-        except InputError:
-            raise
-        except ValueError as refused:  # lists of unequal length
-            raise InputError(f"actions are {actions!r}; write integers of shape ({self.num_envs},)") from refused
+        simulator.step(self._actions.batch(actions, self.num_envs), autoreset=True)
         outcomes = simulator.outcomes
         truncations = outcomes == TIMEOUT
         infos = {

@@ -7,7 +7,6 @@ from gymnasium import spaces
 
 from hhrl_envs import observation as o
 from hhrl_envs import sensing
-from hhrl_envs.outcomes import Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.simulator import Simulator
 from hhrl_envs.traffic import HARDEST_DECEL
@@ -47,11 +46,6 @@ def state_space(scenario: Scenario, agents: int) -> spaces.Box:
     return spaces.Box(np.tile(one.low, agents), np.tile(one.high, agents), dtype=np.float32)
 
 
-def action_space(scenario: Scenario) -> spaces.Discrete:
-    """Return the discrete throttle and brake levels of the scenario."""
-    return spaces.Discrete(scenario.num_actions)
-
-
 def reset_info(simulator: Simulator, row: int) -> Info:
     """Return a row's info at reset: front vehicles' profiles, feasibility, option mask, (seed, episode)."""
     seed, episode = simulator.key(row)
@@ -62,19 +56,3 @@ def reset_info(simulator: Simulator, row: int) -> Info:
         "seed": seed,
         "episode": episode,
     }
-
-
-def step_info(simulator: Simulator, row: int) -> Info:
-    """Return a row's info after a step: r^option and r^action of every option, and the outcome once there is one."""
-    info: Info = {
-        "reward_option": simulator.reward_option[row],
-        "reward_action": simulator.reward_action[row],
-    }
-    if simulator.outcomes[row]:
-        info["outcome"] = Outcome(simulator.outcomes[row])
-    return info
-
-
-def is_terminal(outcome: int) -> bool:
-    """Return whether an outcome terminates the episode (a time limit truncates it)."""
-    return outcome not in (Outcome.RUNNING, Outcome.TIMEOUT)
