@@ -74,6 +74,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         self._actions = Pedals(self.scenario) if continuous_actions else Levels(self.scenario)
         self._observation_space = observation_space(self.scenario)
         self.state_space = state_space(self.scenario, len(self.possible_agents))
+        self._own: dict[str, tuple[NDArray[np.float32], NDArray[np.float64]]] = {}
         self._seeded = False
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
@@ -96,9 +97,10 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         self.agents = list(self.possible_agents)
         if self._screen is not None:
             self._screen.begin()
-        observations = self.simulator.raw_observations
+        seen, results = self.simulator.raw_observations, self.simulator.raw_results
+        self._own = {agent: (seen[:, slot, 0], results[:, slot, 0]) for agent, slot in self._slots.items()}
         infos = {agent: reset_info(self.simulator, 0) for agent in self.agents}
-        return {agent: observations[:, slot, 0] for agent, slot in self._slots.items()}, infos
+        return {agent: observation.copy() for agent, (observation, _) in self._own.items()}, infos
 
     def step(self, actions: dict[str, Any]) -> Step:
         """Return observations, rewards, terminations, truncations and infos of the live agents after one step."""
@@ -138,23 +140,21 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
 
     def _tell(self, live: list[str]) -> Step:
         """Return what the agents that were live before the step get from it, and let those leave that have ended."""
-        seen, results, slots = self.simulator.raw_observations, self.simulator.raw_results, self._slots
         told: Step = ({}, {}, {}, {}, {})
         observations, rewards, terminations, truncations, infos = told
         for agent in live:
-            slot = slots[agent]
-            own = results[:, slot, 0]
-            reward, *_, outcome = own.tolist()
+            observation, own = self._own[agent]
+            own = own.copy()
             info: Info = {"reward_option": own[1:3], "reward_action": own[3:5]}
+            outcome = own.item(5)
             if outcome:
                 self.agents = [other for other in self.agents if other != agent]
                 info["outcome"] = _OUTCOMES[int(outcome)]
-                if slot == 0:
+                if agent == EGO:
                     info["feasible"] = bool(self.simulator.feasible[0])
-            observations[agent], rewards[agent] = seen[:, slot, 0], reward
+            observations[agent], rewards[agent], infos[agent] = observation.copy(), own.item(0), info
             truncations[agent] = outcome == TIMEOUT
             terminations[agent] = outcome != 0.0 and outcome != TIMEOUT
-            infos[agent] = info
         return told
 
     def _refuse(self, actions: Any) -> None:

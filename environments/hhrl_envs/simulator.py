@@ -24,7 +24,7 @@ from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.profiles import describe
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.sensing import BASE
-from hhrl_envs.stepping import WAITING, advance_rows, aim
+from hhrl_envs.stepping import MOVE, MOVE_AND_SHOW, SHOW, WAITING, advance_rows, aim
 
 MAX_ATTEMPTS = 1000
 
@@ -62,13 +62,14 @@ class Simulator:
         self.scenario, self.num_rows, self.num_agents = scenario, num_rows, 1 + learned_fronts
         self._memory = Memory(num_rows, scenario.num_vehicles + 1, self.num_agents)
         self._numbers, self._constants = self._memory.numbers, scenario.constants(self.num_agents)
+        self._targets = [self._memory.target(agent) for agent in range(self.num_agents)]
         self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
         self._tables = (scenario.cumulative_counts(), scenario.family_table())
         self._shapes = (observation.SIZE, self.num_agents, num_rows), (at.RESULTS_SIZE, self.num_agents, num_rows)
-        delay = 0 if scenario.sensor.perfect else scenario.sensor.delay + 1
-        self._history = np.zeros((delay, len(BASE), self.num_agents, num_rows))
+        self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
-        self._slices = list(pairwise(np.linspace(0, self._memory.blocks, threads + 1).astype(int).tolist()))
+        self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
+        self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
         self._ended, self._ready = 0, False
 
     @property
@@ -153,17 +154,20 @@ class Simulator:
         self._require_reset()
         self._aim(np.asarray(actions))
         if autoreset and self._ended:
-            self._each_slice(advance_rows, self.raw_observations, self.raw_results, True, False, self.num_rows)
+            self._run(MOVE)
             self._begin()
             self._show(moving=False)
         else:
             self._show(moving=True)
 
     def step_row(self, accelerations: dict[int, float]) -> None:
-        """Advance a simulator of one row by one step; ``accelerations`` are the targets of its agents, not checked."""
+        """Advance a simulator of one row by one step; ``accelerations`` are the targets of its agents, not checked.
+
+        It is the quick way for a view of one row: the last results are overwritten, so copy what you keep.
+        """
         for agent, acceleration in accelerations.items():
-            self._numbers[self._memory.target(agent)] = acceleration
-        self._show(moving=True)
+            self._numbers[self._targets[agent]] = acceleration
+        self._run(MOVE_AND_SHOW)
 
     def vehicles(self, row: int) -> Floats:
         """Return position [m], speed [m/s], acceleration [m/s^2] of the vehicles of one row, float64 [V, 3].
@@ -191,16 +195,16 @@ class Simulator:
 
     def _show(self, moving: bool) -> None:
         """Hand out fresh results: ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [6, A, B]."""
-        observations, results = np.empty(self._shapes[0], np.float32), np.empty(self._shapes[1])
-        self.raw_observations, self.raw_results = observations, results
+        self.raw_observations, self.raw_results = np.empty(self._shapes[0], np.float32), np.empty(self._shapes[1])
+        self._run(MOVE_AND_SHOW if moving else SHOW)
+
+    def _run(self, parts: int) -> None:
+        observations, results = self.raw_observations, self.raw_results
         if self._pool is None:
-            low, high = self._slices[0]
-            self._ended = advance_rows(
-                self._numbers, self._constants, observations, results, moving, True, self.num_rows, low, high
-            )
+            self._ended = advance_rows(self._numbers, self._constants, observations, results, parts, 0, self._blocks)
         else:
-            self._ended = self._each_slice(advance_rows, observations, results, moving, True, self.num_rows)
-        if self._history.size:
+            self._ended = self._each_slice(advance_rows, observations, results, parts)
+        if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, self._keys, self._history, self.num_rows)
 
     def _begin(self) -> None:

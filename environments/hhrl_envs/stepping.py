@@ -14,6 +14,7 @@ from hhrl_envs.sensing import measure
 from hhrl_envs.traffic import drive_slot
 
 WAITING = 1.0  # in STATUS: the row's episode is over, the next one is due
+MOVE, SHOW, MOVE_AND_SHOW = 1, 2, 3  # parts of a step
 
 
 @kernel
@@ -122,22 +123,22 @@ def show(
 
 @kernel
 def advance_rows(
-    m: Floats, c: Floats, observations: Floats32, results: Floats,
-    moving: bool, showing: bool, rows: int, low: int, high: int,
-) -> int:  # fmt: skip
-    """Move the blocks from low to high by one step, show their agents what has come of it, or both in this order.
+    m: Floats, c: Floats, observations: Floats32, results: Floats, parts: int, low: int, high: int
+) -> int:
+    """Advance the blocks from low to high by one step, or by the parts of it that are asked for.
 
-    Return how many agents have ended, if it is shown. Those that had ended before keep their outcome and earn nothing.
+    Return how many agents have ended, if that is SHOWn. Those that had ended before keep their outcome and earn
+    nothing.
     """
-    ended = 0
+    ended, rows = 0, unsigned(observations.shape[2])
     for block in range(unsigned(low), unsigned(high)):
         s, a, r = locate(block, c)
         first = block * unsigned(at.LANES)
-        lanes = min(unsigned(at.LANES), unsigned(rows) - first)
-        if moving:
+        lanes = min(unsigned(at.LANES), rows - first)
+        if parts & MOVE:
             prepare(m, a, r, c, lanes)
             drive(m, s, a, r, c, lanes)
-        if showing:
+        if parts & SHOW:
             for agent in range(unsigned(c[at.AGENTS])):
                 ended += show(m, s, a, r, c, observations, results, agent, first, lanes)
     return ended
