@@ -45,5 +45,8 @@ def kernel(function: F, **options: bool) -> F:
 
 
 def inner(function: F) -> F:
-    """Return ``function`` compiled as a part of other kernels; without a wrapper for Python it compiles faster."""
+    """Return ``function`` compiled as a part of other kernels; without a wrapper for Python it compiles faster.
+
+    Python must not call it: nothing would catch the fall.
+    """
     return kernel(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)

@@ -35,13 +35,16 @@ def switch_signals(m: Floats, first: int, slots: int, r: int, c: Floats, lanes: 
 
 
 @inner
-def finish_stops(m: Floats, s: int, c: Floats, lanes: int) -> None:
-    """Make the next line active where the vehicles of record ``s`` have completed a stop at one that is not the last."""
+def finish_stops(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
+    """Make the next line active where running agents have completed a stop at one that is not the last.
+
+    ``a`` is the agents' record, ``s`` that of their vehicles.
+    """
     zone, slow, last = c[at.STOP_ZONE], c[at.STOP_SPEED], c[at.LAST_LINE]
     for i in range(lanes):
         line = m[s + at.LINE + i]
         d_d = line - m[s + at.POSITION + i]
-        stopped = (d_d >= 0.0) & (d_d <= zone) & (m[s + at.SPEED + i] < slow)
+        stopped = (m[a + at.LIVE + i] != 0.0) & (d_d >= 0.0) & (d_d <= zone) & (m[s + at.SPEED + i] < slow)
         m[s + at.LINE + i] = last if stopped & (line < last) else line
 
 

@@ -24,11 +24,15 @@ class Memory:
         self.blocks = -(-rows // at.LANES)
         fields = slots * _records(at.VEHICLE) + agents * _records(at.AGENT) + _records(at.ROW)
         self.numbers: Floats = np.zeros(self.blocks * fields * at.LANES)
-        self._fields = self.numbers.reshape(self.blocks, fields, at.LANES)
+
+    @property
+    def fields(self) -> Floats:
+        """The numbers as float64 [block, field, lane], a view."""
+        return self.numbers.reshape(self.blocks, -1, at.LANES)
 
     def of_row(self, field: int) -> Floats:
         """Return one number of every row, float64 [rows], fresh."""
-        return self._fields[:, _records(field) - _records(at.ROW)].ravel()[: self.rows].copy()
+        return self.fields[:, _records(field) - _records(at.ROW)].ravel()[: self.rows].copy()
 
     def write_row(self, field: int, values: Floats) -> None:
         """Write one number of every row, float64 [rows]."""
@@ -37,7 +41,7 @@ class Memory:
     def of_agent(self, agent: int, first: int, count: int) -> Floats:
         """Return ``count`` numbers of one agent from field ``first`` on, float64 [rows, count], fresh."""
         place = self._agent(agent) + _records(first)
-        picked = self._fields[:, place : place + count].swapaxes(1, 2).reshape(-1, count)
+        picked = self.fields[:, place : place + count].swapaxes(1, 2).reshape(-1, count)
         return picked[: self.rows].copy()
 
     def write_targets(self, accelerations: Floats) -> None:
@@ -52,7 +56,7 @@ class Memory:
     def vehicles(self, row: int) -> Floats:
         """Return the records of one row's vehicles, float64 [slots, field], a view."""
         fields = _records(at.VEHICLE)
-        block = self._fields[row // at.LANES, : self.slots * fields, row % at.LANES]
+        block = self.fields[row // at.LANES, : self.slots * fields, row % at.LANES]
         return block.reshape(self.slots, fields)
 
     def _agent(self, agent: int) -> int:
@@ -61,4 +65,4 @@ class Memory:
     def _write(self, place: int, values: Floats) -> None:
         padded = np.zeros(self.blocks * at.LANES)
         padded[: self.rows] = values
-        self._fields[:, place] = padded.reshape(self.blocks, at.LANES)
+        self.fields[:, place] = padded.reshape(self.blocks, at.LANES)

@@ -97,8 +97,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         self.agents = list(self.possible_agents)
         if self._screen is not None:
             self._screen.begin()
-        seen, results = self.simulator.raw_observations, self.simulator.raw_results
-        self._own = {agent: (seen[:, slot, 0], results[:, slot, 0]) for agent, slot in self._slots.items()}
+        self._look()
         infos = {agent: reset_info(self.simulator, 0) for agent in self.agents}
         return {agent: observation.copy() for agent, (observation, _) in self._own.items()}, infos
 
@@ -137,6 +136,16 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         """Close the window, where there is one."""
         if self._screen is not None:
             self._screen.close()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        if self._seeded:
+            self._look()
+
+    def _look(self) -> None:
+        """Note where in the simulator's results those of each agent lie: views, so a copy of the environment looks anew."""
+        seen, results = self.simulator.raw_observations, self.simulator.raw_results
+        self._own = {agent: (seen[:, slot, 0], results[:, slot, 0]) for agent, slot in self._slots.items()}
 
     def _tell(self, live: list[str]) -> Step:
         """Return what the agents that were live before the step get from it, and let those leave that have ended."""

@@ -37,6 +37,7 @@ OUTCOME_NAMES = {
     Outcome.SUCCESS: "SUCCESS",
     Outcome.TIMEOUT: "TIMEOUT",
     Outcome.REAR_ENDED: "REAR-ENDED",
+    Outcome.FOILED: "FOILED",
 }
 OUTCOME_COLOURS: dict[Outcome, Colour] = {
     Outcome.RUNNING: GREY,
@@ -45,6 +46,7 @@ OUTCOME_COLOURS: dict[Outcome, Colour] = {
     Outcome.SUCCESS: GREEN,
     Outcome.TIMEOUT: GREY,
     Outcome.REAR_ENDED: VERMILLION,
+    Outcome.FOILED: PURPLE,
 }
 
 _VIEW = 112.0  # m from the left edge to the right one

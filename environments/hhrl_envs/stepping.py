@@ -76,7 +76,7 @@ def drive(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
         switch_signals(m, s, slots, r, c, lanes)
     if c[at.FIRST_LINE] < c[at.LAST_LINE]:
         for agent in range(agents):
-            finish_stops(m, s + agent * at.VEHICLE, c, lanes)
+            finish_stops(m, s + agent * at.VEHICLE, a + agent * at.AGENT, c, lanes)
     if c[at.ADVERSARY] != 0.0:
         restrain(m, s + at.VEHICLE, a + at.AGENT, c, lanes)
     for behind in range(slots - unsigned(2)):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hhrl_envs import SCENARIOS, Goal, Outcome, Reward, Road, Scenario, Vehicle, layout, observation, sensing
+from hhrl_envs import SCENARIOS, Goal, Outcome, Reward, Road, Scenario, Vehicle, layout, observation, rewards, sensing
 from hhrl_envs.profiles import HELD_OUT_FAMILIES, PARAMETERS, TRAIN_FAMILIES, ProfileFamily
 
 PAGE = (Path(__file__).parents[2] / "environments" / "README.md").read_text()
@@ -58,12 +58,12 @@ def test_action_table() -> None:
 def test_reward_table() -> None:
     _, *rows = table("What it earns")
     reward = Reward()
-    assert [row[0] for row in rows] == [str(getattr(layout, row[1])) for row in rows]
+    assert [row[0] for row in rows] == [str(getattr(rewards, row[1])) for row in rows]
     assert len(rows) == layout.TERMS_SIZE
     sigmas = ", ".join(f"{getattr(reward, f'sigma_{i}'):g}" for i in range(1, 5))
     assert f"sigma = ({sigmas})" in PAGE
-    assert rows[layout.UNSMOOTH][3] == f"abs(j_e) > {reward.jerk_threshold:g} m/s^3"
-    assert rows[layout.TIMEOUT][2] == f"-{reward.timeout_scale:g} d_d^2"
+    assert rows[rewards.UNSMOOTH][3] == f"abs(j_e) > {reward.jerk_threshold:g} m/s^3"
+    assert rows[rewards.TIMEOUT][2] == f"-{reward.timeout_scale:g} d_d^2"
 
 
 def test_outcome_table() -> None:
@@ -77,7 +77,7 @@ def test_profile_table() -> None:
     _, *rows = table("How front vehicles drive")
     expected = [
         [name, unit, span(TRAIN_FAMILIES, name), span(HELD_OUT_FAMILIES, name)]
-        for name, (_, unit) in PARAMETERS.items()
+        for name, unit in PARAMETERS.items()
     ]
     assert [row[:4] for row in rows] == expected
 

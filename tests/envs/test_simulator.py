@@ -65,11 +65,10 @@ def test_rewards_and_observations_follow_the_equations(scenario: Scenario) -> No
     simulator = Simulator(truthful, rows)
     simulator.reset(np.arange(rows))
     for chosen in mixed_actions(simulator, 400):
-        before = [(simulator.active_line(i), simulator.vehicles(i)[0, 2]) for i in range(rows)]
+        before = [simulator.vehicles(i)[0, 2] for i in range(rows)]
         simulator.step(chosen)
         for i in range(rows):
-            line, accel = before[i]
-            check_row(simulator, i, simulator.active_line(i) if scenario.signal else line, accel)
+            check_row(simulator, i, before[i])
         simulator.reset_done()
 
 
@@ -93,8 +92,8 @@ def mixed_actions(simulator: Simulator, steps: int) -> Iterator[NDArray[np.int64
         yield mixed
 
 
-def check_row(simulator: Simulator, i: int, line: float, accel_before: float) -> None:
-    facts = facts_of(simulator, i, line, accel_before)
+def check_row(simulator: Simulator, i: int, accel_before: float) -> None:
+    facts = facts_of(simulator, i, simulator.active_line(i), accel_before)
     task, option, action = rewards(facts, simulator.scenario)
     close: dict[str, Any] = {"rtol": 1e-12, "atol": 1e-12}
     np.testing.assert_allclose(simulator.rewards[i], task, **close)
@@ -200,7 +199,9 @@ def test_profiles_are_logged_within_their_families_ranges() -> None:
     [
         (np.array([0, 6]), "action 6"),
         (np.array([-1, 0]), "action -1"),
-        (np.array([0.0, np.nan]), "float64"),
+        (np.array([0.0, np.nan]), "acceleration nan"),
+        (np.array([-6.5, 0.0]), "acceleration -6.5"),
+        (np.array([True, False]), "bool"),
         (np.array([0]), r"shape \(2,\)"),
     ],
 )
