@@ -9,6 +9,7 @@ from hhrl_envs.profiles import ProfileFamily
 from hhrl_envs.registry import SCENARIOS, get_scenario
 from hhrl_envs.scenario import Band, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
 from hhrl_envs.simulator import Simulator
+from hhrl_envs.triads import triad
 
 gym_registration.register_all()
 
@@ -31,4 +32,5 @@ __all__ = [
     "Vehicle",
     "get_scenario",
     "observation",
+    "triad",
 ]

@@ -37,8 +37,8 @@ class Screen:
 
     def follow(self) -> None:
         """Show the present moment where the mode is 'human'."""
-        if self._mode == "human":
-            self._open().show(self._frame())
+        if self._mode == "human" and not self._opened().closed:
+            self._opened().show(self._frame())
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return the picture of the present moment, uint8 [H, W, 3]; None where a window shows it already."""
@@ -54,7 +54,7 @@ class Screen:
     def _frame(self) -> NDArray[np.uint8]:
         return self._renderer.frame(self._simulator, option=self.option)
 
-    def _open(self) -> "Window":
+    def _opened(self) -> "Window":
         if self._window is None:
             from hhrl_envs.window import Window  # noqa: PLC0415  (only the render extra brings what it needs)
 

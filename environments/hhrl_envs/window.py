@@ -9,11 +9,16 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # before the import: p
 
 import pygame
 
+from hhrl_envs.errors import InputError
+
 
 class Window:
     """Shows frames, ``frames_per_second`` at most, in a window of its own that opens with the first one.
 
     Once its close button was pressed it stays closed: further frames are neither shown nor waited for.
+
+    Raises:
+        InputError: the machine has no screen.
     """
 
     def __init__(self, title: str, frames_per_second: int) -> None:
@@ -25,8 +30,7 @@ class Window:
     def show(self, frame: NDArray[uint8]) -> None:
         """Show a frame, uint8 [H, W, 3], and wait until its time is over."""
         if self._window is None and not self.closed:
-            pygame.display.init()
-            self._window = pygame.Window(self._title, (frame.shape[1], frame.shape[0]))
+            self._open(frame.shape[1], frame.shape[0])
         self._listen()
         if self._window is not None:
             pygame.surfarray.blit_array(self._window.get_surface(), frame.swapaxes(0, 1))
@@ -38,6 +42,13 @@ class Window:
         if self._window is not None:
             self._window.destroy()
         self._window, self.closed = None, True
+
+    def _open(self, width: int, height: int) -> None:
+        try:
+            pygame.display.init()
+        except pygame.error as refused:
+            raise InputError(f"no screen for render_mode 'human' ({refused}); write 'rgb_array' instead") from refused
+        self._window = pygame.Window(self._title, (width, height))
 
     def _listen(self) -> None:
         """Take all events of the user, and heed those that ask a window to close; other windows hear theirs too."""

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from stable_baselines3 import PPO
 
-from hhrl_envs import SCENARIOS, stop_line_v0
+from hhrl_envs import SCENARIOS, stop_line_v0, triad
 from hhrl_envs.parallel_env import EGO
-from hhrl_envs.triads import triad
 
 supersuit = pytest.importorskip("supersuit", reason="SuperSuit is not installed")
 

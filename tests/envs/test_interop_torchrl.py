@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from hhrl_envs import SCENARIOS
+from hhrl_envs import SCENARIOS, triad
 from hhrl_envs.numeric_infos import NumericInfos
 from hhrl_envs.parallel_env import EGO
-from hhrl_envs.triads import triad
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # TorchRL and what it imports use names that Python and torch are retiring

@@ -8,9 +8,8 @@ from types import ModuleType
 import pytest
 
 import hhrl_envs.two_stops_v0
-from hhrl_envs import SCENARIOS, InputError, Scenario, UnknownScenarioError, stop_line_v0
+from hhrl_envs import SCENARIOS, InputError, Scenario, UnknownScenarioError, stop_line_v0, triad
 from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.triads import triad
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")

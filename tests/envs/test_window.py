@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import pygame
@@ -66,11 +67,13 @@ def test_an_episode_goes_on_without_its_window() -> None:
     env.reset(seed=3)
     assert env._screen is not None
     assert env._screen._window is not None
+    env.step({EGO: 0})
     press_close(env._screen._window)
     start = time.perf_counter()
-    for _ in range(20):
-        env.step({EGO: 3})
-    assert time.perf_counter() - start < 1.0  # twenty shown steps would take two seconds
+    for _ in range(300):
+        env.step({EGO: 0})
+    assert env._screen._window.closed
+    assert time.perf_counter() - start < 15.0  # three hundred shown steps would take thirty seconds
     env.close()
 
 
@@ -105,6 +108,24 @@ def test_the_pictures_show_the_option_that_was_told_until_the_next_reset(
     env.show_option(option)
     env.reset(seed=3)
     assert np.array_equal(env.render(), before)
+
+
+def test_the_aec_view_is_told_the_option_too() -> None:
+    env = two_stops_v0.env(render_mode="rgb_array")
+    env.reset(seed=3)
+    before = env.render()
+    unwrapped: Any = env.unwrapped
+    unwrapped.show_option(Option.FFV)
+    assert not np.array_equal(np.asarray(env.render()), np.asarray(before))
+
+
+def test_a_machine_without_a_screen_is_told_what_to_write(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "nothing")
+    code = "from hhrl_envs import triad; triad('follow-v0').parallel_env(render_mode='human').reset(seed=1)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    last = done.stderr.splitlines()[-1]
+    assert "InputError: no screen for render_mode 'human'" in last
+    assert last.endswith("write 'rgb_array' instead")
 
 
 def test_nothing_is_imported_before_it_is_needed() -> None:
