@@ -7,7 +7,7 @@ from hhrl_envs.options import Option
 from hhrl_envs.outcomes import Outcome
 from hhrl_envs.profiles import ProfileFamily
 from hhrl_envs.registry import SCENARIOS, get_scenario
-from hhrl_envs.scenario import Band, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
+from hhrl_envs.scenario import Adversary, Band, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
 from hhrl_envs.simulator import Simulator
 from hhrl_envs.triads import triad
 
@@ -15,6 +15,7 @@ gym_registration.register_all()
 
 __all__ = [
     "SCENARIOS",
+    "Adversary",
     "Band",
     "Goal",
     "InputError",

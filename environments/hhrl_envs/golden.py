@@ -15,23 +15,29 @@ ROWS, STEPS, HELD = 32, 400, 8
 def trajectory_digest(scenario: Scenario) -> str:
     """Return the SHA-256 of all observations, reward terms, rewards and outcomes of fixed rows under fixed actions.
 
-    32 rows (seeds 1000 to 1031) run for 400 steps with auto-reset; every row holds a random level for 8 steps. One bit
-    of physics, reward or observation that differs gives another digest.
+    32 rows (seeds 1000 to 1031) run for 400 steps with auto-reset; every agent holds a random level for 8 steps. The
+    scenario's own number of front vehicles are agents too. One bit of physics, reward or observation that differs
+    gives another digest.
     """
-    simulator = Simulator(scenario, ROWS)
+    simulator = Simulator(scenario, ROWS, learned_fronts=scenario.learned_fronts or 0)
     simulator.reset(np.arange(ROWS) + 1000)
     digest = hashlib.sha256()
     for step in range(STEPS):
         if step % HELD == 0:
-            actions = _actions(step, scenario.num_actions)
+            actions = _actions(step, scenario.num_actions, simulator.num_agents)
         simulator.step(actions)
-        for part in (simulator.observations, simulator.terms, simulator.rewards, simulator.reward_option):
-            digest.update(np.ascontiguousarray(part).tobytes())
-        digest.update(np.ascontiguousarray(simulator.reward_action).tobytes() + simulator.outcomes.tobytes())
+        for agent in range(simulator.num_agents):
+            results = simulator.of_agent(agent)
+            parts = (results.observations, simulator.terms, results.rewards, results.reward_option)
+            for part in (*parts, results.reward_action, results.outcomes):
+                digest.update(np.ascontiguousarray(part).tobytes())
         simulator.reset_done()
     return digest.hexdigest()
 
 
-def _actions(step: int, levels: int) -> Ints:
-    keys = (np.uint64(stream(np.uint64(row), step, 0, 0)) for row in range(ROWS))
-    return np.array([int(unit(key, 0) * levels) for key in keys])
+def _actions(step: int, levels: int, agents: int) -> Ints:
+    """Return levels, int64 [ROWS], or [ROWS, agents] for several agents."""
+    drawn = np.empty((ROWS, agents), np.int64)
+    for row, agent in np.ndindex(ROWS, agents):
+        drawn[row, agent] = unit(np.uint64(stream(np.uint64(row), step, agent, 0)), 0) * levels
+    return drawn[:, 0] if agents == 1 else drawn

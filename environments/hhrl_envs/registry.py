@@ -7,7 +7,7 @@ from types import MappingProxyType
 from hhrl_envs.errors import UnknownScenarioError
 from hhrl_envs.goals import Goal
 from hhrl_envs.profiles import HELD_OUT_FAMILIES, TRAIN_FAMILIES, ProfileFamily
-from hhrl_envs.scenario import Road, Scenario, Sensor, Signal, Traffic
+from hhrl_envs.scenario import Adversary, Road, Scenario, Sensor, Signal, Traffic
 
 _MAIN = Scenario(id="stop-line-v0", traffic=Traffic(families=TRAIN_FAMILIES))
 
@@ -91,6 +91,22 @@ _ALL = (
         traffic=Traffic(families=_CAUTIOUS, count_shares=(0.2, 0.4, 0.4)),
         road=Road(lines=(0.0, 60.0)),
         horizon=1200,
+    ),
+    replace(
+        _MAIN,
+        id="platoon-v0",
+        traffic=Traffic(families=TRAIN_FAMILIES, count_shares=(0, 0, 0, 0.6, 0.4), gap=(10.0, 25.0)),
+        horizon=1200,
+        feasible_only=False,
+        learned_fronts=3,
+    ),
+    replace(
+        _MAIN,
+        id="adversary-v0",
+        traffic=Traffic(families=TRAIN_FAMILIES, count_shares=(0, 0.5, 0.3, 0.2), gap=(12.0, 25.0)),
+        feasible_only=False,
+        learned_fronts=1,
+        adversary=Adversary(),
     ),
 )
 

@@ -26,7 +26,7 @@ def test_all_views_tell_the_same_story(scenario: Scenario) -> None:
     steps, seed = 1300, 11
     actions = random_actions(4, steps, 3, scenario.num_actions)
     vector = StopLineVectorEnv(3, scenario)
-    single, parallel = StopLineEnv(scenario), StopLineParallelEnv(scenario)
+    single, parallel = StopLineEnv(scenario), StopLineParallelEnv(scenario, learned_fronts=0)
     batch, _ = vector.reset(seed=seed)
     alone, _ = single.reset(seed=seed + 1)
     together, _ = parallel.reset(seed=seed + 1)
