@@ -36,7 +36,7 @@ def kernel(function: F, **options: bool) -> F:
     ``error_model="numpy"`` lets a division by zero give inf instead of an exception, without which no loop with a
     division would vectorise. ``fastmath`` stays off: the same bits on every machine, in every batch.
     """
-    compiled: Any = njit(cache=True, nogil=True, error_model="numpy", **options)(function)
+    compiled: Any = cast(Any, njit)(cache=True, nogil=True, error_model="numpy", **options)(function)
     # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and
     # the old physics would run on: date it by all sources of the package.
     entries = compiled._cache._cache_file  # noqa: SLF001

@@ -48,14 +48,14 @@ def surely_clears(m: Floats, s: int, fronts: int, c: Floats) -> bool:
     for k in range(1, fronts + 1):
         if m[s + unsigned(k) * at.VEHICLE + at.SLOW_EVERY] < SELDOM:
             return False
-    return latest_clearing(m, s, fronts, c) <= c[at.CLEAR_BY]
+    return bool(latest_clearing(m, s, fronts, c) <= c[at.CLEAR_BY])
 
 
 @inner
 def surely_survives(m: Floats, s: int, c: Floats) -> bool:
     """Return True where full braking stands before the place where the front vehicle is now; False says nothing."""
     rear = m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH]
-    return m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c) < rear
+    return bool(m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c) < rear)
 
 
 @inner

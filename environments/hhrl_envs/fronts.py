@@ -62,7 +62,7 @@ def judge_adversary(m: Floats, ego: int, a: int, r: int, lanes: int) -> None:
 
 @inner
 def reward_adversary(m: Floats, a: int, c: Floats, lanes: int) -> None:
-    """Write the terms and rewards of the adversaries of record ``a``, of which TIME, UNSMOOTH and COLLISION are written.
+    """Write the rewards of the adversaries of record ``a``, whose TIME, UNSMOOTH and COLLISION are written already.
 
     SUCCESS is +sigma_4 if the ego failed although it need not have, and -sigma_4 otherwise. There are no sub-goals:
     r^option is TIME + SUCCESS, and r^action is r^task, whatever the option.

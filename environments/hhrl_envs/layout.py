@@ -1,9 +1,9 @@
 """Where the numbers of a batch lie in memory, and the scenario's numbers in their array.
 
-The memory of a batch is one float64 array of blocks, each block the numbers of ``LANES`` rows. A block is a sequence of
-records: one for every vehicle, one for every agent, one for the rows themselves; a record is a sequence of fields, and a
-field holds one number for each lane. ``memory[record + FIELD + lane]`` is therefore how a kernel reads and writes: with
-all distances known when it is compiled, its loops over lanes vectorise, and a block stays in the fast caches.
+The memory of a batch is one float64 array of blocks, each block the numbers of ``LANES`` rows. A block is a sequence
+of records: one for every vehicle, one for every agent, one for the rows themselves; a record is a sequence of fields,
+and a field holds one number for each lane. ``memory[record + FIELD + lane]`` is therefore how a kernel reads and
+writes: with all distances known when it is compiled, its loops over lanes vectorise without checks for overlap.
 
 Slot 0 is the ego, slot k its k-th front vehicle (nearest first); the slot after the last vehicle is a sentinel that
 drives far down the road, so that every vehicle has a leader and no loop needs a special case. The agents are the first

@@ -19,7 +19,7 @@ from hhrl_envs.arguments import (
     bad_agents,
 )
 from hhrl_envs.errors import InputError
-from hhrl_envs.outcomes import TIMEOUT, Outcome
+from hhrl_envs.outcomes import RUNNING, TIMEOUT, Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.screen import Screen
 from hhrl_envs.simulator import Simulator
@@ -87,7 +87,9 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         as_agent(agent, self.possible_agents)
         return self._actions.space
 
-    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Info]]:
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Info]]:
         """Return the first observations and infos of an episode."""
         if seed is None and self._seeded:
             self.simulator.next_episode(np.ones(1, np.bool_))
@@ -101,7 +103,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         infos = {agent: reset_info(self.simulator, 0) for agent in self.agents}
         return {agent: observation.copy() for agent, (observation, _) in self._own.items()}, infos
 
-    def step(self, actions: dict[str, Any]) -> Step:
+    def step(self, actions: Any) -> Step:
         """Return observations, rewards, terminations, truncations and infos of the live agents after one step."""
         live = self.agents
         if not live or not isinstance(actions, dict) or len(actions) != len(live):
@@ -143,7 +145,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             self._look()
 
     def _look(self) -> None:
-        """Note where in the simulator's results those of each agent lie: views, so a copy of the environment looks anew."""
+        """Note where in the simulator's results those of each agent lie: views, so a copy of the view looks anew."""
         seen, results = self.simulator.raw_observations, self.simulator.raw_results
         self._own = {agent: (seen[:, slot, 0], results[:, slot, 0]) for agent, slot in self._slots.items()}
 
@@ -163,7 +165,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
                     info["feasible"] = bool(self.simulator.feasible[0])
             observations[agent], rewards[agent], infos[agent] = observation.copy(), own.item(0), info
             truncations[agent] = outcome == TIMEOUT
-            terminations[agent] = outcome != 0.0 and outcome != TIMEOUT
+            terminations[agent] = outcome not in (RUNNING, TIMEOUT)
         return told
 
     def _refuse(self, actions: Any) -> None:

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hhrl_envs import layout
 from hhrl_envs.compiled import Floats
 from hhrl_envs.errors import InputError
 
@@ -119,7 +118,7 @@ def family_table(families: tuple[ProfileFamily, ...]) -> Floats:
 
 def describe(profile: Floats, families: tuple[ProfileFamily, ...]) -> dict[str, float | str]:
     """Return a profile, float64 [field] from PROFILE on, as a readable dict: family, stop style, every parameter."""
-    style, family = (int(profile[int(field - layout.PROFILE) // layout.LANES]) for field in (layout.STYLE, layout.FAMILY))
+    style, family = (int(number) for number in profile[len(PARAMETERS) : len(PARAMETERS) + 2])
     drawn: dict[str, float | str] = {"family": families[family].name, "style": STYLES[style]}
     drawn.update(zip(PARAMETERS, profile.tolist(), strict=False))
     return drawn

@@ -101,7 +101,7 @@ class Simulator:
     @property
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
-        return self.raw_results[5, 0].astype(np.int8)
+        return self.of_agent(0).outcomes
 
     @property
     def steps(self) -> Ints:

@@ -23,13 +23,13 @@ def aim(m: Floats, c: Floats, actions: Ints, levels: Floats) -> int:
 
     If one is no level nothing is changed, and its place among all of them is returned.
     """
-    agents, rows = actions.shape
+    agents, rows = len(actions), actions.shape[1]
     for agent in range(agents):
         wrong = False
         for row in range(rows):
             wrong |= (actions[agent, row] < 0) | (actions[agent, row] >= levels.size)
         if wrong:
-            return agent * rows + first_wrong(actions[agent], levels.size)
+            return int(agent * rows + first_wrong(actions[agent], levels.size))
     for agent in range(agents):
         for first in range(0, rows, at.LANES):
             a = locate(unsigned(first // at.LANES), c)[1] + unsigned(agent) * at.AGENT + at.TARGET
@@ -122,9 +122,7 @@ def show(
 
 
 @kernel
-def advance_rows(
-    m: Floats, c: Floats, observations: Floats32, results: Floats, parts: int, low: int, high: int
-) -> int:
+def advance_rows(m: Floats, c: Floats, observations: Floats32, results: Floats, parts: int, low: int, high: int) -> int:
     """Advance the blocks from low to high by one step, or by the parts of it that are asked for.
 
     Return how many agents have ended, if that is SHOWn. Those that had ended before keep their outcome and earn

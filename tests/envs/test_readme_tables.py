@@ -76,8 +76,7 @@ def test_outcome_table() -> None:
 def test_profile_table() -> None:
     _, *rows = table("How front vehicles drive")
     expected = [
-        [name, unit, span(TRAIN_FAMILIES, name), span(HELD_OUT_FAMILIES, name)]
-        for name, unit in PARAMETERS.items()
+        [name, unit, span(TRAIN_FAMILIES, name), span(HELD_OUT_FAMILIES, name)] for name, unit in PARAMETERS.items()
     ]
     assert [row[:4] for row in rows] == expected
 
