@@ -8,7 +8,8 @@ import numpy as np
 
 from hhrl_envs import layout as at
 from hhrl_envs.blocks import locate
-from hhrl_envs.compiled import Floats, Keys, inner, kernel, unsigned
+from hhrl_envs.compiled import Floats, Keys, inner, kernel, spliced, unsigned
+from hhrl_envs.dynamics import drive_agent
 from hhrl_envs.feasibility import begin_shadow, surely_clears, surely_survives, verdict
 from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.stepping import WAITING, drive
@@ -35,7 +36,7 @@ def begin_rows(
     return still_open
 
 
-@inner
+@spliced
 def begin_row(
     m: Floats, s: int, a: int, r: int, keys: Keys, row: int, c: Floats, counts: Floats, families: Floats
 ) -> None:
@@ -113,4 +114,5 @@ def drive_ahead(trial: Floats, c: Floats, lanes: int) -> None:
                 undecided |= trial[r + at.FEASIBLE + i] < 0.0
             trial[r + at.STEPS + i] += 1.0
         if undecided:
-            drive(trial, s, a, r, c, lanes)
+            drive(trial, s, r, c, lanes)
+            drive_agent(trial, s, a, c, lanes)

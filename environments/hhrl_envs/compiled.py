@@ -50,3 +50,11 @@ def inner(function: F) -> F:
     Python must not call it: nothing would catch the fall.
     """
     return kernel(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def spliced(function: F) -> F:
+    """Return ``function`` as a part of other kernels that is put into their text where they call it.
+
+    It saves compiling on its own what does little but call others.
+    """
+    return cast(F, njit(nogil=True, error_model="numpy", inline="always")(function))

@@ -45,11 +45,28 @@ def restrain(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
 
 
 @inner
-def judge_adversary(m: Floats, ego: int, a: int, r: int, lanes: int) -> None:
-    """Write the outcomes of the adversaries of record ``a`` from those of the egos of record ``ego``.
+def drive_fronts(m: Floats, ego: int, first_agent: int, c: Floats, lanes: int) -> None:
+    """Advance all learned front vehicles by one step, from the front of the queue to its back.
+
+    ``ego`` is the egos' vehicle record, ``first_agent`` their record as agents.
+    """
+    if c[at.ADVERSARY] != 0.0:
+        restrain(m, ego + at.VEHICLE, first_agent + at.AGENT, c, lanes)
+    fronts = unsigned(c[at.AGENTS]) - unsigned(1)
+    for ahead in range(fronts):
+        slot = fronts - ahead
+        drive_front(m, ego + slot * at.VEHICLE, first_agent + slot * at.AGENT, c, lanes)
+
+
+@inner
+def judge_adversary(m: Floats, ego: int, r: int, c: Floats, lanes: int) -> None:
+    """Write the outcomes of the adversaries, if there are any, from those of the egos of record ``ego``.
 
     A collision of its own ends an adversary's episode as any other; else it ends with the ego's.
     """
+    a = ego + at.AGENT
+    if c[at.ADVERSARY] == 0.0:
+        return
     for i in range(lanes):
         fresh, own = m[ego + at.FRESH + i], m[a + at.FRESH + i]
         failed = (fresh == COLLISION) | (fresh == NOT_STOP) | (fresh == TIMEOUT)
@@ -61,12 +78,15 @@ def judge_adversary(m: Floats, ego: int, a: int, r: int, lanes: int) -> None:
 
 
 @inner
-def reward_adversary(m: Floats, a: int, c: Floats, lanes: int) -> None:
-    """Write the rewards of the adversaries of record ``a``, whose TIME, UNSMOOTH and COLLISION are written already.
+def reward_adversary(m: Floats, ego: int, c: Floats, lanes: int) -> None:
+    """Write the rewards of the adversaries, if there are any, whose TIME, UNSMOOTH and COLLISION are written already.
 
     SUCCESS is +sigma_4 if the ego failed although it need not have, and -sigma_4 otherwise. There are no sub-goals:
-    r^option is TIME + SUCCESS, and r^action is r^task, whatever the option.
+    r^option is TIME + SUCCESS, and r^action is r^task, whatever the option. ``ego`` is the egos' record as agents.
     """
+    a = ego + at.AGENT
+    if c[at.ADVERSARY] == 0.0:
+        return
     for i in range(lanes):
         fresh = m[a + at.FRESH + i]
         success = c[at.SIGMA_4] if fresh == SUCCESS else (-c[at.SIGMA_4] if fresh == FOILED else 0.0)

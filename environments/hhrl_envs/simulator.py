@@ -70,6 +70,7 @@ class Simulator:
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
+        self._learned = True if learned_fronts else None
         self._ended, self._ready = 0, False
 
     @property
@@ -199,11 +200,12 @@ class Simulator:
         self._run(MOVE_AND_SHOW if moving else SHOW)
 
     def _run(self, parts: int) -> None:
+        numbers, c, learned = self._numbers, self._constants, self._learned
         observations, results = self.raw_observations, self.raw_results
         if self._pool is None:
-            self._ended = advance_rows(self._numbers, self._constants, observations, results, parts, 0, self._blocks)
+            self._ended = advance_rows(numbers, c, observations, results, parts, learned, 0, self._blocks)
         else:
-            self._ended = self._each_slice(advance_rows, observations, results, parts)
+            self._ended = self._each_slice(advance_rows, observations, results, parts, learned)
         if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, self._keys, self._history, self.num_rows)
 
