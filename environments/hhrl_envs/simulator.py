@@ -70,7 +70,7 @@ class Simulator:
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
-        self._learned = True if learned_fronts else None
+        self._special = True if learned_fronts or not scenario.plain else None
         self._ended, self._ready = 0, False
 
     @property
@@ -102,7 +102,8 @@ class Simulator:
     @property
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
-        return self.of_agent(0).outcomes
+        outcomes: Codes = self.raw_results[5, 0].astype(np.int8)
+        return outcomes
 
     @property
     def steps(self) -> Ints:
@@ -200,12 +201,12 @@ class Simulator:
         self._run(MOVE_AND_SHOW if moving else SHOW)
 
     def _run(self, parts: int) -> None:
-        numbers, c, learned = self._numbers, self._constants, self._learned
+        numbers, c, special = self._numbers, self._constants, self._special
         observations, results = self.raw_observations, self.raw_results
         if self._pool is None:
-            self._ended = advance_rows(numbers, c, observations, results, parts, learned, 0, self._blocks)
+            self._ended = advance_rows(numbers, c, observations, results, parts, special, 0, self._blocks)
         else:
-            self._ended = self._each_slice(advance_rows, observations, results, parts, learned)
+            self._ended = self._each_slice(advance_rows, observations, results, parts, special)
         if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, self._keys, self._history, self.num_rows)
 

@@ -31,7 +31,7 @@ def draw_profile(m: Floats, s: int, key: np.uint64, families: Floats) -> None:
     family = 0
     while choice >= families[family, -5]:
         family += 1
-    for p in range(PARAMETERS):
+    for p in range((families.shape[1] - 5) // 2):
         drawn = between(key, unsigned(p), families[family, 2 * p], families[family, 2 * p + 1])
         m[s + at.PROFILE + unsigned(p * at.LANES)] = drawn
     if unit(key, SLOW_DRAW) >= families[family, -4]:
@@ -94,11 +94,13 @@ def first_line(m: Floats, s: int, c: Floats) -> float:
     """Return the position of the line that the vehicle ``s`` heads for: the first at which it can and wants to stop."""
     if m[s + at.STYLE] == RUNS:
         return FAR
-    for line in (c[at.FIRST_LINE], c[at.LAST_LINE]):
+    line = c[at.FIRST_LINE]
+    while line < FAR:
         to_stop = line - m[s + at.STOP_POSITION] - m[s + at.POSITION]
         needed = needed_decel(m[s + at.SPEED], m[s + at.LINE_SPEED], to_stop)
         if (to_stop > 0.0) & (needed <= 0.8 * HARDEST_DECEL):
             return float(line)
+        line = c[at.LAST_LINE] if line < c[at.LAST_LINE] else FAR
     return FAR
 
 
