@@ -13,11 +13,14 @@ from hhrl_envs.tiers import DENSE, ERRATIC, NOISY, TIERS, WET
 EPISODES = 1000
 EACH_TIER = pytest.mark.parametrize("tier", TIERS, ids=lambda tier: tier.id)
 
+_GENTLE = Tuning(headway=2.1, decel=0.8, response=1.1, accel=1.1)
+_SLOWLY = replace(DENSE.road, speed_limit=8.0, start_speed=(0.0, 0.0))
+
 ANSWERS = {
-    DENSE.id: RulePlus(replace(DENSE, road=replace(DENSE.road, speed_limit=8.0, start_speed=(0.0, 0.0)))),
+    DENSE.id: RulePlus(replace(DENSE, road=_SLOWLY)),
     ERRATIC.id: RulePlus(ERRATIC, Tuning(headway=2.5)),
-    WET.id: RulePlus(WET, Tuning(headway=2.5, decel=1.0, accel=1.0)),
-    NOISY.id: RulePlus(NOISY, Tuning(headway=2.0, decel=1.0, response=1.0)),
+    WET.id: RulePlus(WET, Tuning(decel=1.0)),
+    NOISY.id: RulePlus(NOISY, _GENTLE),
 }
 """For each tier the same rule, driven by somebody who knows the tier: slower, further away, or more gently."""
 
