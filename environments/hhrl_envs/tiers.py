@@ -74,7 +74,7 @@ control), and it sees them 0.8 s late, a quick human driver's reaction. The nomi
 
 WET = Scenario(
     id="stop-line-wet-v0",
-    traffic=Traffic(families=TRAIN_FAMILIES, gap=(15.0, 30.0), speed=(5.0, 9.0)),
+    traffic=Traffic(families=TRAIN_FAMILIES, gap=(18.0, 32.0), speed=(5.0, 9.0)),
     road=Road(friction=0.16, start_distance=(60.0, 90.0), start_speed=(5.0, 9.0)),
     feasible_only=False,
 )
