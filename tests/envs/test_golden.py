@@ -9,7 +9,7 @@ GOLDEN = {
     "stop-line-dense-v0": "be86001e3924d1c571c6d6390eafb7ad881fb56e9a69503ca50cb99d09e3983b",
     "stop-line-erratic-v0": "3bb7de788142f675830f5fae2770d496d5645744f7c9b573b116af5ffc25f315",
     "stop-line-wet-v0": "bf0ba45837632a684e58b4612a20e5797a1f8994035f527458a67f55c3e3a66e",
-    "stop-line-noisy-v0": "39ec935991d8883bca15a0ee9acffefe8deef23194a0624424870fd111a7743c",
+    "stop-line-noisy-v0": "ed0e0f0230968aab9074a0d4aa4c30090b1428a9aa22d43fa7b0e856653a3f91",
     "follow-v0": "bf5e0fdf21621e2b383ee975211f4536e6d1b6b9d2b01e2dc8364ec4fe6ca1b4",
     "solo-stop-v0": "3a97cc54ead1f3044f93703e325221e2363cef1943ef18367d967dd7f38ec261",
     "red-light-v0": "20136fccdd20bb17c91db91654a430d4621808a4ce30dd7f279a93c141d3483e",
