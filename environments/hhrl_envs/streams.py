@@ -38,7 +38,7 @@ def unit(key: np.uint64, index: int) -> float:
     return np.float64(absorb(key, np.uint64(index)) >> _S11) * _TO_UNIT
 
 
-@inner
+@kernel
 def between(key: np.uint64, index: int, low: float, high: float) -> float:
     """Return draw ``index`` of a stream, uniform in [low, high)."""
     return low + (high - low) * unit(key, index)
