@@ -231,7 +231,8 @@ class Simulator:
         if given.dtype.kind == "f":
             self._aim_at(given.astype(np.float64))
             return
-        chosen = np.ascontiguousarray(given.reshape(self.num_rows, self.num_agents).T, np.int64)
+        chosen = given[None] if self.num_agents == 1 else given.T
+        chosen = np.ascontiguousarray(chosen, np.int64)
         bad = aim(self._numbers, self._constants, chosen, self._levels)
         if bad >= 0:
             levels = f"write 0 to {self.scenario.num_actions - 1}"
