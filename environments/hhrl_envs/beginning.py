@@ -84,8 +84,8 @@ def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> None:
 def copy_row(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> None:
     """Copy a row to a lane of the only block of ``trial``."""
     source = locate(row // unsigned(at.LANES), c)[0] + row % unsigned(at.LANES)
-    for field in range(trial.size // at.LANES):
-        trial[lane + unsigned(field * at.LANES)] = m[source + unsigned(field * at.LANES)]
+    for field in range(trial.size // at.STRIDE):
+        trial[lane + unsigned(field * at.STRIDE)] = m[source + unsigned(field * at.STRIDE)]
 
 
 @inner

@@ -183,12 +183,12 @@ class Simulator:
 
     def active_line(self, row: int) -> float:
         """Return the position of the ego's active stop-line in one row, in metres; ``layout.FAR`` if there is none."""
-        return float(self._memory.vehicles(row)[0, int(at.LINE) // at.LANES])
+        return float(self._memory.vehicles(row)[0, int(at.LINE) // at.STRIDE])
 
     def profiles(self, row: int) -> list[dict[str, float | str]]:
         """Return the behaviour profiles of the front vehicles of one row, nearest first."""
         fronts = self._memory.vehicles(row)[1:-1]
-        present = fronts[fronts[:, 0] < 0.5 * at.FAR, int(at.PROFILE) // at.LANES :]
+        present = fronts[fronts[:, 0] < 0.5 * at.FAR, int(at.PROFILE) // at.STRIDE :]
         return [describe(profile, self.scenario.traffic.families) for profile in present]
 
     def key(self, row: int) -> tuple[int, int]:

@@ -93,7 +93,7 @@ def hand_out(m: Floats, a: int, observations: Floats32, results: Floats, first: 
         own = a + agent * at.AGENT
         observe(m, own, observations, agent, first, lanes)
         for field in range(results.shape[0]):
-            place = own + at.RESULTS + unsigned(field * at.LANES)
+            place = own + at.RESULTS + unsigned(field * at.STRIDE)
             for i in range(lanes):
                 results[field, agent, first + i] = m[place + i]
         for i in range(lanes):

@@ -34,7 +34,7 @@ def draw_profile(m: Floats, s: int, key: np.uint64, families: Floats) -> None:
         family += 1
     for p in range((families.shape[1] - 5) // 2):
         drawn = between(key, unsigned(p), families[family, 2 * p], families[family, 2 * p + 1])
-        m[s + at.PROFILE + unsigned(p * at.LANES)] = drawn
+        m[s + at.PROFILE + unsigned(p * at.STRIDE)] = drawn
     if unit(key, SLOW_DRAW) >= families[family, -4]:
         m[s + at.SLOW_AT] = -FAR
     draw = unit(key, STYLE_DRAW)
@@ -50,7 +50,7 @@ def draw_profile(m: Floats, s: int, key: np.uint64, families: Floats) -> None:
 def clear_state(m: Floats, s: int) -> None:
     """Forget the state of the vehicle ``s``, but for its profile."""
     for field in range(STATE):
-        m[s + unsigned(field * at.LANES)] = 0.0
+        m[s + unsigned(field * at.STRIDE)] = 0.0
 
 
 @inner
@@ -61,7 +61,7 @@ def send_away(m: Floats, s: int, slot: int) -> None:
     """
     if m[s + at.FAMILY] != NOBODYS:
         for field in range(STATE, ALL):
-            m[s + unsigned(field * at.LANES)] = 1.0
+            m[s + unsigned(field * at.STRIDE)] = 1.0
         m[s + at.FAMILY] = NOBODYS
     m[s + at.POSITION] = FAR * (slot + 1)
     m[s + at.LINE] = FAR * FAR
