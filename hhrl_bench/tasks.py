@@ -32,7 +32,13 @@ class Task:
 
 
 TASKS: Mapping[str, Task] = MappingProxyType(
-    {task.id: task for task in (Task("stop-line-v0", scenario="stop-line-v0", env_steps=300_000),)}
+    {
+        task.id: task
+        for task in (
+            Task("stop-line-v0", scenario="stop-line-v0", env_steps=300_000),
+            Task("stop-line-paper-v0", scenario="stop-line-paper-v0", env_steps=300_000),
+        )
+    }
 )
 
 

@@ -3,12 +3,11 @@
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from hhrl_agents.base import HierarchicalAgent
 from hhrl_agents.methods import Method
-from hhrl_agents.rules import rule_1, rule_2, rule_3, rule_4, rule_4_literal
+from hhrl_agents.rules import RuleAgent, rule_1, rule_2, rule_3, rule_4, rule_4_literal
 from hhrl_envs import Scenario
 
-RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType(
+RULES: Mapping[str, Callable[[Scenario], RuleAgent]] = MappingProxyType(
     {
         "rule-1": rule_1,
         "rule-2": rule_2,

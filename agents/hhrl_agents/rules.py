@@ -14,10 +14,10 @@ FollowRule = Callable[[FloatArray], BoolArray]
 
 
 class RuleAgent:
-    """A hierarchical agent without memory: `follow` selects the option, the analytic controllers act."""
+    """A hierarchical agent without memory: the rule `follow` selects the option, the analytic controllers act."""
 
     def __init__(self, scenario: Scenario, follow: FollowRule) -> None:
-        self._follow = follow
+        self.follow = follow
         self._mask = np.asarray(scenario.option_mask)
         self._levels = np.asarray(scenario.vehicle.levels, dtype=np.float64)
         self._stop_controller = StopAtStopLine.for_scenario(scenario)
@@ -29,7 +29,7 @@ class RuleAgent:
     def act(self, observations: Float32Array) -> Decision:
         """Return the rule's option and the controller's action, int64 [B] each; see `Agent.act`."""
         state = _si(observations)
-        chosen = np.where(self._follow(state), Option.FFV, Option.SSL).astype(np.int64)
+        chosen = np.where(self.follow(state), Option.FFV, Option.SSL).astype(np.int64)
         option = np.where(self._mask[chosen], chosen, 1 - chosen)
         return Decision(option, self._pursue(state, option))
 
