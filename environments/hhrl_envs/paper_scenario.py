@@ -15,24 +15,24 @@ from hhrl_envs.scenario import Reward, Road, Scenario, Traffic, Vehicle
 
 _ORDINARY = ProfileFamily(
     "ordinary",
-    0.61,
-    desired_speed=(11.5, 13.0),
-    max_accel=(2.8, 3.3),
-    dwell=(5.4, 7.1),
+    0.24,
+    desired_speed=(10.5, 12.0),
+    max_accel=(1.7, 2.2),
+    dwell=(0.7, 4.0),
 )
-_ABRUPT = replace(_ORDINARY, name="abrupt", weight=0.19, line_decel=(6.7, 7.7), stop_position=(1.0, 7.0))
-_PAST_THE_LINE = replace(_ORDINARY, name="past-the-line", weight=0.2, stop_position=(-4.0, -0.5))
+_ABRUPT = replace(_ORDINARY, name="abrupt", weight=0.53, line_decel=(6.2, 7.2), stop_position=(1.0, 7.0))
+_PAST_THE_LINE = replace(_ORDINARY, name="past-the-line", weight=0.23, stop_position=(-4.0, -0.5))
 
 STOP_LINE_PAPER = Scenario(
     id="stop-line-paper-v0",
     traffic=Traffic(
         families=(_ORDINARY, _ABRUPT, _PAST_THE_LINE),
-        count_shares=(0.13, 0.44, 0.43),
-        gap=(9.0, 11.5),
-        speed=(9.5, 10.5),
+        count_shares=(0.1, 0.59, 0.31),
+        gap=(6.0, 12.0),
+        speed=(7.5, 10.0),
     ),
-    vehicle=Vehicle(lag=1.3, jerk_limit=6.0, max_decel=5.7),
-    road=Road(speed_limit=13.0, start_distance=(27.0, 32.0), start_speed=(7.5, 9.0)),
-    reward=Reward(jerk_threshold=24.1, safe_gap=1.3),
+    vehicle=Vehicle(lag=0.9, jerk_limit=3.0, max_decel=7.5),
+    road=Road(speed_limit=13.5, start_distance=(44.0, 49.0), start_speed=(5.5, 10.0)),
+    reward=Reward(jerk_threshold=22.5, safe_gap=1.8),
 )
-"""Rules 1 to 4 collide here, run the line and succeed as often as in Table I."""
+"""The outcome rates of Rules 1 to 4 lie within the 95% intervals of Table I's 100 cases here."""

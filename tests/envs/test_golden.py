@@ -5,7 +5,7 @@ from hhrl_envs.golden import trajectory_digest
 
 GOLDEN = {
     "stop-line-v0": "ffbf605cf3975248f2669a63c5a8efb2396c7dbe376bd9373e1fb424971ec2ea",
-    "stop-line-paper-v0": "e64b2faaaba38de610e52af39fcbaf95233378d143684bc7ecbbbe7b4d009f32",
+    "stop-line-paper-v0": "a6a6982a971e5022f84e6ae5a1e4498be9e20f0f623c5b53fe60bad5c1222681",
     "stop-line-heldout-v0": "32d9151bd95da9fb1c1f9eed12fbf80cba571c753171fe16ccd6d8092721dfb9",
     "stop-line-dense-v0": "ce618276709cfd74eaa100d190e00c3748692bb41c077001e520423eaacedbd5",
     "stop-line-erratic-v0": "120405a8e896125f38487358fe61201099efab887ff6a00ed05e067fa68c4ce6",
