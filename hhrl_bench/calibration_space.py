@@ -20,7 +20,7 @@ SCENARIO_ID = "stop-line-paper-v0"
 
 
 class Parameter(NamedTuple):
-    """A number to fit: its range, the step that it is rounded to, a first guess made by hand, and what it is."""
+    """A number to fit: its range, the step it is rounded to, where to begin (a coarse earlier search), what it is."""
 
     name: str
     low: float
