@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from hhrl_envs.errors import UnknownScenarioError
 from hhrl_envs.goals import Goal
+from hhrl_envs.paper_scenario import STOP_LINE_PAPER
 from hhrl_envs.profiles import HELD_OUT_FAMILIES, TRAIN_FAMILIES, ProfileFamily
 from hhrl_envs.scenario import Adversary, Road, Scenario, Signal, Traffic
 from hhrl_envs.tiers import TIERS
@@ -34,6 +35,7 @@ _CAUTIOUS = tuple(replace(family, line_decel=(1.2, 2.2), styles=(1.0, 0.0, 0.0))
 
 _ALL = (
     _MAIN,
+    STOP_LINE_PAPER,
     replace(_MAIN, id="stop-line-heldout-v0", traffic=Traffic(families=HELD_OUT_FAMILIES)),
     *TIERS,
     replace(
