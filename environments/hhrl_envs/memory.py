@@ -63,6 +63,8 @@ class Memory:
         return self.slots * _records(at.VEHICLE) + agent * _records(at.AGENT)
 
     def _write(self, place: int, values: Floats) -> None:
-        padded = np.zeros(self.blocks * at.LANES)
-        padded[: self.rows] = values
-        self.fields[:, place] = padded.reshape(self.blocks, at.LANES)
+        whole, rest = divmod(self.rows, at.LANES)
+        numbers, end = self.fields[:, place], whole * at.LANES
+        numbers[:whole] = values[:end].reshape(whole, at.LANES)
+        if rest:
+            numbers[whole, :rest] = values[end:]

@@ -116,12 +116,10 @@ def family_table(families: tuple[ProfileFamily, ...]) -> Floats:
     return table
 
 
-def describe(profile: Floats, families: tuple[ProfileFamily, ...]) -> dict[str, float | str]:
-    """Return a profile, float64 [field] from PROFILE on, as a readable dict: family, stop style, every parameter."""
+def describe(profile: list[float], families: tuple[ProfileFamily, ...]) -> dict[str, float | str]:
+    """Return a profile, the fields from PROFILE on, as a readable dict: family, stop style, every parameter."""
     style, family = (int(number) for number in profile[len(PARAMETERS) : len(PARAMETERS) + 2])
-    drawn: dict[str, float | str] = {"family": families[family].name, "style": STYLES[style]}
-    drawn.update(zip(PARAMETERS, profile.tolist(), strict=False))
-    return drawn
+    return {"family": families[family].name, "style": STYLES[style], **dict(zip(PARAMETERS, profile, strict=False))}
 
 
 TRAIN_FAMILIES = (

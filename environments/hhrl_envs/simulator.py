@@ -187,9 +187,9 @@ class Simulator:
 
     def profiles(self, row: int) -> list[dict[str, float | str]]:
         """Return the behaviour profiles of the front vehicles of one row, nearest first."""
-        fronts = self._memory.vehicles(row)[1:-1]
-        present = fronts[fronts[:, 0] < 0.5 * at.FAR, int(at.PROFILE) // at.STRIDE :]
-        return [describe(profile, self.scenario.traffic.families) for profile in present]
+        fronts, first = self._memory.vehicles(row)[1:-1].tolist(), int(at.PROFILE) // at.STRIDE
+        families = self.scenario.traffic.families
+        return [describe(front[first:], families) for front in fronts if front[0] < 0.5 * at.FAR]
 
     def key(self, row: int) -> tuple[int, int]:
         """Return (seed, episode) of one row."""
