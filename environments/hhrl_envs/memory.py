@@ -34,9 +34,13 @@ class Memory:
         """Return one number of every row, float64 [rows], fresh."""
         return self.fields[:, _records(field) - _records(at.ROW)].ravel()[: self.rows].copy()
 
-    def write_row(self, field: int, values: Floats) -> None:
-        """Write one number of every row, float64 [rows]."""
-        self._write(_records(field) - _records(at.ROW), values)
+    def write_row(self, field: int, values: Floats | float) -> None:
+        """Write one number of every row, float64 [rows] or the same for all."""
+        place = _records(field) - _records(at.ROW)
+        if isinstance(values, float):
+            self.fields[:, place] = values
+        else:
+            self._write(place, values)
 
     def of_agent(self, agent: int, first: int, count: int) -> Floats:
         """Return ``count`` numbers of one agent from field ``first`` on, float64 [rows, count], fresh."""

@@ -92,7 +92,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
     ) -> tuple[Observations, dict[str, Info]]:
         """Return the first observations and infos of an episode."""
         if seed is None and self._seeded:
-            self.simulator.next_episode(np.ones(1, np.bool_))
+            self.simulator.next_episode()
         else:
             self.simulator.reset(np.array([as_seed(seed)], np.uint64))
             self._seeded = True

@@ -130,7 +130,7 @@ class Simulator:
         self._keys[SEED] = _as_keys(seeds, self.num_rows)
         self._keys[EPISODE] = np.uint64(2**64 - 1)  # the one before episode 0
         self._ready = True
-        self.next_episode(np.ones(self.num_rows, np.bool_))
+        self.next_episode()
 
     def reset_done(self) -> None:
         """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""
@@ -138,13 +138,17 @@ class Simulator:
         if self._ended:
             self.next_episode((self.raw_results[5] != RUNNING).all(axis=0))
 
-    def next_episode(self, chosen: Flags) -> None:
-        """Put the chosen rows, bool [B], at the start of the next episode of their seeds."""
+    def next_episode(self, chosen: Flags | None = None) -> None:
+        """Put the chosen rows, bool [B], at the start of the next episode of their seeds; None chooses all."""
         self._require_reset()
-        if chosen.any():
+        if chosen is None:
+            self._memory.write_row(at.STATUS, WAITING)
+        elif chosen.any():
             self._memory.write_row(at.STATUS, np.where(chosen, WAITING, BEGUN))
-            self._begin()
-            self._show(moving=False)
+        else:
+            return
+        self._begin()
+        self._show(moving=False)
 
     def step(self, actions: ArrayLike, *, autoreset: bool = False) -> None:
         """Advance every running row by one step.

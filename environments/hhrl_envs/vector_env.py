@@ -60,7 +60,7 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
     ) -> tuple[NDArray[np.float32], Info]:
         """Return the first observations, float32 [B, 11], and infos with each row's ``feasible``, bool [B]."""
         if seed is None and self._seeded:
-            self.simulator.next_episode(np.ones(self.num_envs, np.bool_))
+            self.simulator.next_episode()
         else:
             self.simulator.reset(as_seeds(seed, self.num_envs))
             self._seeded = True
