@@ -29,18 +29,19 @@ def drive_front(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
 
 @inner
 def restrain(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
-    """Keep the adversaries of record ``a`` within human limits.
+    """Keep the adversaries of record ``a`` within human limits, as long as they are running: a wreck stays.
 
     They brake no harder than HARDEST_BRAKE, and once they have stood for PATIENCE seconds in all they only speed up.
     The line does not bind them: once they have passed it there is none.
     """
     hardest, patience, throttle = -c[at.HARDEST_BRAKE], c[at.PATIENCE], c[at.THROTTLE]
     for i in range(lanes):
+        live, target = m[a + at.LIVE + i] != 0.0, m[a + at.TARGET + i]
         standing = m[s + at.STANDING + i] + (c[at.DT] if m[s + at.SPEED + i] == 0.0 else 0.0)
-        m[s + at.STANDING + i] = standing
-        target = max(m[a + at.TARGET + i], hardest)
-        m[a + at.TARGET + i] = throttle if standing > patience else target
-        passed = m[s + at.POSITION + i] > m[s + at.LINE + i]
+        m[s + at.STANDING + i] = standing if live else m[s + at.STANDING + i]
+        restrained = throttle if standing > patience else max(target, hardest)
+        m[a + at.TARGET + i] = restrained if live else target
+        passed = live & (m[s + at.POSITION + i] > m[s + at.LINE + i])
         m[s + at.LINE + i] = FAR if passed else m[s + at.LINE + i]
 
 
