@@ -1,7 +1,11 @@
 """The paper's equations in plain Python, written for the tests alone: one row, one step, no arrays."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hhrl_envs import Outcome, Scenario
 
@@ -50,3 +54,24 @@ def rewards(facts: Facts, scenario: Scenario) -> tuple[float, list[float], list[
     option = [sr - unsafe_of[1 - k] - failure_of[1 - k] for k in (0, 1)]
     action = [sr - jerk - unsafe_of[k] - failure_of[k] for k in (0, 1)]
     return sr - jerk - sum(unsafe_of) - sum(failure_of), option, action
+
+
+def judge(
+    scenario: Scenario, positions: Sequence[float] | NDArray[np.float64], speed: float, agent: int, step: int
+) -> Outcome:
+    """How the episode of one agent stands: in words, for a single stop-line at position 0 where it has to stop.
+
+    ``positions`` are those of all vehicles, the ego first, NaN or missing where there is none.
+    """
+    length, x = scenario.vehicle.length, positions[agent]
+    if agent + 1 < len(positions) and positions[agent + 1] - length <= x:
+        return Outcome.COLLISION
+    if x > 0.0:
+        return Outcome.NOT_STOP
+    if -x <= scenario.road.stop_zone and speed < scenario.road.stop_speed:
+        return Outcome.SUCCESS
+    if step >= scenario.horizon:
+        return Outcome.TIMEOUT
+    if agent > 0 and x - length <= positions[agent - 1]:
+        return Outcome.REAR_ENDED
+    return Outcome.RUNNING
