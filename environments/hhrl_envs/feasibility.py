@@ -89,9 +89,10 @@ def begin_shadow(m: Floats, s: int, r: int) -> None:
 
 @inner
 def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
-    """Brake the shadow egos by one more step and note FEASIBLE: 0 once a shadow was hit, or its place not freed in time.
+    """Brake the shadow egos by one more step and note FEASIBLE.
 
-    ``s`` is the egos' record, ``a`` their record as agents, ``r`` that of the rows. The front vehicles have moved.
+    It is 0 once a shadow was hit, or where the goal's place was not freed in time. ``s`` is the egos' record, ``a``
+    their record as agents, ``r`` that of the rows. The front vehicles have moved.
     """
     dt, per_dt, brake, place = c[at.DT], c[at.PER_DT], c[at.EGO_MIN_ACCEL], goal_place(c)
     gain, most, grip = c[at.LAG_GAIN], c[at.JERK_STEP], c[at.GRIP]

@@ -38,7 +38,7 @@ def hand_over(m: Floats, s: int, c: Floats) -> None:
 
 @inner
 def drive_on(m: Floats, s: int, c: Floats) -> None:
-    """Advance the vehicle ``s``, a record plus a lane, by one scripted step, with the brakes that scripted vehicles have.
+    """Advance the vehicle ``s``, a record plus a lane, by one scripted step, with a scripted vehicle's brakes.
 
     It may have been handed over too fast and too near to its leader for any brakes. Then it runs into it: the bound on
     its speed, which assumes that it has always kept its distance, would stop it dead.

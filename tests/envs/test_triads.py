@@ -76,7 +76,7 @@ def test_pettingzoo_accepts_learned_fronts_and_continuous_actions(scenario_id: s
 @pytest.mark.parametrize("scenario_id", ["stop-line-v0", "platoon-v0"])
 def test_pettingzoo_accepts_pictures_of_learned_fronts(scenario_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    render_test(partial(triad(scenario_id).env, learned_fronts=2, continuous_actions=True))
+    render_test(partial(module(scenario_id).env, learned_fronts=2, continuous_actions=True))
 
 
 def test_modules_are_imported_either_way() -> None:

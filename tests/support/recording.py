@@ -27,6 +27,7 @@ class Recording:
     """
 
     scenario: Scenario
+    profiles: list[list[dict[str, float | str]]]
     vehicles: NDArray[np.float64]
     observations: NDArray[np.float32]
     rewards: NDArray[np.float64]
@@ -35,7 +36,6 @@ class Recording:
     outcomes: NDArray[np.int8]
     feasible: NDArray[np.bool_]
     steps: NDArray[np.int64]
-    profiles: list[list[dict[str, float | str]]]
 
     @property
     def agents(self) -> int:
@@ -78,4 +78,5 @@ def recorded(scenario_id: str, fronts: int, rows: int = 24) -> Recording:
         after -= bool((frames[-1][5] != Outcome.RUNNING).all())
         if after == 0:
             break
-    return Recording(scenario, *(np.stack(part) for part in zip(*frames, strict=True)), profiles)
+    parts: list[Any] = [np.stack(part) for part in zip(*frames, strict=True)]
+    return Recording(scenario, profiles, *parts)

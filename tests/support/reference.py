@@ -1,6 +1,5 @@
 """The paper's equations in plain Python, written for the tests alone: one row, one step, no arrays."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
 
@@ -56,9 +55,7 @@ def rewards(facts: Facts, scenario: Scenario) -> tuple[float, list[float], list[
     return sr - jerk - sum(unsafe_of) - sum(failure_of), option, action
 
 
-def judge(
-    scenario: Scenario, positions: Sequence[float] | NDArray[np.float64], speed: float, agent: int, step: int
-) -> Outcome:
+def judge(scenario: Scenario, positions: NDArray[np.float64], speed: float, agent: int, step: int) -> Outcome:
     """How the episode of one agent stands: in words, for a single stop-line at position 0 where it has to stop.
 
     ``positions`` are those of all vehicles, the ego first, NaN or missing where there is none.
