@@ -1,11 +1,14 @@
 """The law: row i with seed s is the same trajectory, byte for byte, in every batch, on every thread, in every view."""
 
+import copy
+import pickle
 from collections.abc import Callable
 from math import inf, nextafter
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from hhrl_envs import SCENARIOS, Goal, Outcome, get_scenario, layout, profiles
 from hhrl_envs.gym_env import StopLineEnv
@@ -14,8 +17,8 @@ from hhrl_envs.simulator import Simulator
 from hhrl_envs.vector_env import StopLineVectorEnv
 from support.stories import Teller, chosen_level, digest
 
-STEPS, SEED = 260, 90
-SIZES = (7, 64, 128, 129, 1024)
+STEPS, SEED = 200, 90
+BATCHES = ((7, 1, True), (64, 2, False), (128, 1, False), (129, 2, True), (1024, 1, True), (1024, 2, False))
 WORLDS = [(scenario.id, 0) for scenario in SCENARIOS.values()] + [
     (scenario.id, min(3, scenario.traffic.max_fronts))
     for scenario in SCENARIOS.values()
@@ -55,12 +58,62 @@ def test_in_every_batch_on_every_thread_with_and_without_autoreset(scenario_id: 
     scenario, rng = get_scenario(scenario_id), np.random.default_rng(1)
     alone = [Teller(scenario, [seed], [0], fronts).tell(STEPS)[0] for seed in (SEED, SEED + 1)]
     assert alone[0] != alone[1]
-    for size in SIZES:
+    for size, threads, autoreset in BATCHES:
         seeds = rng.integers(0, 2**62, size).tolist()
         seeds[0], seeds[-1] = SEED, SEED + 1
-        threads, autoreset = (2, False) if size in {129, 64} else (1, True)
         told = Teller(scenario, seeds, [0, size - 1], fronts, threads).tell(STEPS, autoreset)
         assert told == alone, f"{size} rows on {threads} threads, autoreset={autoreset}"
+
+
+@EACH
+def test_after_other_episodes_in_the_same_memory(scenario_id: str, fronts: int) -> None:
+    scenario, seeds = get_scenario(scenario_id), range(SEED, SEED + 3)
+
+    def use(simulator: Simulator) -> None:
+        simulator.reset([5, 6, 7])
+        for _ in range(150):
+            simulator.step(np.full((3, 1 + fronts), 4).squeeze(), autoreset=True)
+
+    fresh, used = (Teller(scenario, seeds, range(3), fronts, change=change).tell(STEPS) for change in (None, use))
+    assert fresh == used
+
+
+@EACH
+def test_rows_do_not_notice_that_another_one_begins_anew(scenario_id: str, fronts: int) -> None:
+    scenario, rows = get_scenario(scenario_id), 130
+    simulator = Simulator(scenario, rows, learned_fronts=fronts)
+    simulator.reset(np.arange(rows))
+    rng = np.random.default_rng(3)
+    for step in range(STEPS):
+        if step % 7 == 0:
+            chosen = rng.integers(0, scenario.num_actions, (rows, 1 + fronts)).squeeze()
+        simulator.step(chosen)
+        anew = np.arange(rows) == step % rows
+        before = others(simulator, ~anew)
+        simulator.next_episode(anew)
+        assert others(simulator, ~anew) == before
+
+
+def others(simulator: Simulator, rows: NDArray[np.bool_]) -> list[bytes]:
+    """All that these rows get, as bytes."""
+    by_row = simulator.terms, simulator.feasible, simulator.steps
+    shown = simulator.raw_observations[:, :, rows], simulator.raw_results[:, :, rows]
+    return [part.tobytes() for part in (*shown, *(part[rows] for part in by_row))]
+
+
+@EACH
+def test_in_copies_of_an_environment(scenario_id: str, fronts: int) -> None:
+    env = StopLineParallelEnv(scenario_id, learned_fronts=fronts)
+    env.reset(seed=SEED)
+    for _ in range(40):
+        env.step(dict.fromkeys(env.agents, 4))
+    copies = copy.deepcopy(env), pickle.loads(pickle.dumps(env))  # noqa: S301  (made here)
+    while env.agents:
+        actions = dict.fromkeys(env.agents, 5)
+        told = env.step(actions)
+        for other in copies:
+            assert pickle.dumps(other.step(actions)) == pickle.dumps(told)
+            assert other.state().tobytes() == env.state().tobytes()
 
 
 @EACH

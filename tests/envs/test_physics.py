@@ -103,7 +103,7 @@ def check_overlaps(simulator: Simulator, after: NDArray[np.float64], ended: NDAr
 def test_full_braking_is_never_beaten_in_position(drive: tuple[Simulator, NDArray[Any]]) -> None:
     simulator, actions = drive
     start = states(simulator)[:, : simulator.num_agents, :2]
-    slowest = [[braking(simulator.scenario, *one, STEPS) for one in row] for row in start]
+    slowest = [[braking(simulator.scenario, x, v, STEPS) for x, v in row] for row in start.tolist()]
     for step, chosen in enumerate(actions, start=1):
         running = (outcomes(simulator) == RUNNING).T
         simulator.step(chosen)
@@ -136,7 +136,7 @@ def test_observations_are_numbers_in_their_space_and_rewards_follow_the_equation
 def check_rewards(simulator: Simulator, before: NDArray[np.float64], live: NDArray[np.bool_]) -> None:
     """The rewards of the ego, term by term, of rows where it was running."""
     scenario, after = simulator.scenario, states(simulator)
-    for row in np.flatnonzero(live[0]):
+    for row in np.flatnonzero(live[0]).tolist():
         x, speed, accel = after[row, 0]
         leader = after[row, 1] if after.shape[1] > 1 else np.full(3, np.nan)
         d_f = leader[0] - scenario.vehicle.length - x
