@@ -111,6 +111,21 @@ def run(suite_id: str, out: Path | None) -> None:
     typer.echo(f"wrote {path}", err=True)
 
 
+def calibrate(seed: int, generations: int, episodes: int, out: Path, *, check: bool) -> bool:
+    """Return whether all bars hold in the world found, with ``check`` in the registered one; write and print it."""
+    from hhrl_bench import calibrate as calibration  # noqa: PLC0415
+    from hhrl_bench.residuals import markdown  # noqa: PLC0415
+
+    if check:
+        record = calibration.check(episodes, out)
+    else:
+        with progress(f"calibration, seed {seed}") as update:
+            record = calibration.search(seed, generations, episodes, out, update)
+    typer.echo(markdown(record))
+    typer.echo(f"wrote {out}", err=True)
+    return record.holds
+
+
 def show_leaderboard(path: Path, *, as_json: bool) -> None:
     """Return nothing; print a leaderboard file as a table, or as the JSON it is."""
     board = leaderboard.read(path)

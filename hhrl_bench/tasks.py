@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.seeds import SeedRange, consecutive_ranges
+from hhrl_envs.tiers import TIERS
 
 TRAIN, VALIDATION, TEST = consecutive_ranges("train", "validation", "test")
 
@@ -32,7 +33,14 @@ class Task:
 
 
 TASKS: Mapping[str, Task] = MappingProxyType(
-    {task.id: task for task in (Task("stop-line-v0", scenario="stop-line-v0", env_steps=300_000),)}
+    {
+        task.id: task
+        for task in (
+            Task("stop-line-v0", scenario="stop-line-v0", env_steps=300_000),
+            Task("stop-line-paper-v0", scenario="stop-line-paper-v0", env_steps=300_000),
+            *(Task(tier.id, scenario=tier.id, env_steps=1_000_000) for tier in TIERS),
+        )
+    }
 )
 
 

@@ -5,18 +5,11 @@ from types import MappingProxyType
 
 from hhrl_agents.base import HierarchicalAgent
 from hhrl_agents.methods import Method
-from hhrl_agents.rules import rule_1, rule_2, rule_3, rule_4, rule_4_literal
+from hhrl_agents.rule_plus import RulePlus
+from hhrl_agents.rules import PAPER_RULES
 from hhrl_envs import Scenario
 
-RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType(
-    {
-        "rule-1": rule_1,
-        "rule-2": rule_2,
-        "rule-3": rule_3,
-        "rule-4": rule_4,
-        "rule-4-literal": rule_4_literal,
-    }
-)
+RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType({**PAPER_RULES, "rule-plus": RulePlus})
 """Every rule agent's constructor by its id."""
 
 _ALL = (

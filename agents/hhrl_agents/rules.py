@@ -1,6 +1,7 @@
 """The rule agents of Table I: a hand-written option level over the analytic controllers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,10 +15,10 @@ FollowRule = Callable[[FloatArray], BoolArray]
 
 
 class RuleAgent:
-    """A hierarchical agent without memory: `follow` selects the option, the analytic controllers act."""
+    """A hierarchical agent without memory: the rule `follow` selects the option, the analytic controllers act."""
 
     def __init__(self, scenario: Scenario, follow: FollowRule) -> None:
-        self._follow = follow
+        self.follow = follow
         self._mask = np.asarray(scenario.option_mask)
         self._levels = np.asarray(scenario.vehicle.levels, dtype=np.float64)
         self._stop_controller = StopAtStopLine.for_scenario(scenario)
@@ -29,7 +30,7 @@ class RuleAgent:
     def act(self, observations: Float32Array) -> Decision:
         """Return the rule's option and the controller's action, int64 [B] each; see `Agent.act`."""
         state = _si(observations)
-        chosen = np.where(self._follow(state), Option.FFV, Option.SSL).astype(np.int64)
+        chosen = np.where(self.follow(state), Option.FFV, Option.SSL).astype(np.int64)
         option = np.where(self._mask[chosen], chosen, 1 - chosen)
         return Decision(option, self._pursue(state, option))
 
@@ -66,6 +67,18 @@ def rule_4(scenario: Scenario) -> RuleAgent:
 def rule_4_literal(scenario: Scenario) -> RuleAgent:
     """Return the agent that follows while d_f > d_fc, as printed: always, because d_fc = d_f - d_fs and d_fs > 0."""
     return RuleAgent(scenario, lambda state: state[:, obs.D_F] > state[:, obs.D_FC])
+
+
+PAPER_RULES: Mapping[str, Callable[[Scenario], RuleAgent]] = MappingProxyType(
+    {
+        "rule-1": rule_1,
+        "rule-2": rule_2,
+        "rule-3": rule_3,
+        "rule-4": rule_4,
+        "rule-4-literal": rule_4_literal,
+    }
+)
+"""The constructors of the rules of Table I by their ids."""
 
 
 def _si(observations: Float32Array) -> FloatArray:

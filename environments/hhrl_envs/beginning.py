@@ -11,8 +11,9 @@ from hhrl_envs.blocks import locate
 from hhrl_envs.compiled import Floats, Keys, inner, kernel, spliced, unsigned
 from hhrl_envs.dynamics import drive_agent
 from hhrl_envs.feasibility import begin_shadow, surely_clears, surely_survives, verdict
+from hhrl_envs.goals import switch_lines
 from hhrl_envs.outcomes import RUNNING
-from hhrl_envs.stepping import WAITING, drive
+from hhrl_envs.stepping import WAITING, drive_traffic
 from hhrl_envs.streams import stream
 from hhrl_envs.worlds import draw_world
 
@@ -83,8 +84,8 @@ def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> None:
 def copy_row(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> None:
     """Copy a row to a lane of the only block of ``trial``."""
     source = locate(row // unsigned(at.LANES), c)[0] + row % unsigned(at.LANES)
-    for field in range(trial.size // at.LANES):
-        trial[lane + unsigned(field * at.LANES)] = m[source + unsigned(field * at.LANES)]
+    for field in range(trial.size // at.STRIDE):
+        trial[lane + unsigned(field * at.STRIDE)] = m[source + unsigned(field * at.STRIDE)]
 
 
 @inner
@@ -114,5 +115,6 @@ def drive_ahead(trial: Floats, c: Floats, lanes: int) -> None:
                 undecided |= trial[r + at.FEASIBLE + i] < 0.0
             trial[r + at.STEPS + i] += 1.0
         if undecided:
-            drive(trial, s, r, c, lanes)
+            switch_lines(trial, s, a, r, c, lanes)
+            drive_traffic(trial, s, c, lanes)
             drive_agent(trial, s, a, c, lanes)

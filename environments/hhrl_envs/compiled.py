@@ -30,13 +30,17 @@ def _digest_sources() -> str:
 _SOURCES = _digest_sources()
 
 
-def kernel(function: F, **options: bool) -> F:
+def _compiled(function: Callable[..., object], **options: Any) -> Any:
+    return cast(Any, njit)(nogil=True, error_model="numpy", **options)(function)
+
+
+def kernel(function: F) -> F:
     """Return ``function`` compiled: cached on disk, without the interpreter lock, with exact IEEE arithmetic.
 
     ``error_model="numpy"`` lets a division by zero give inf instead of an exception, without which no loop with a
     division would vectorise. ``fastmath`` stays off: the same bits on every machine, in every batch.
     """
-    compiled: Any = cast(Any, njit)(cache=True, nogil=True, error_model="numpy", **options)(function)
+    compiled = _compiled(function, cache=True)
     # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and
     # the old physics would run on: date it by all sources of the package.
     entries = compiled._cache._cache_file  # noqa: SLF001
@@ -45,16 +49,16 @@ def kernel(function: F, **options: bool) -> F:
 
 
 def inner(function: F) -> F:
-    """Return ``function`` compiled as a part of other kernels; without a wrapper for Python it compiles faster.
+    """Return ``function`` compiled as a part of kernels; without a wrapper and a cache of its own that is faster.
 
     Python must not call it: nothing would catch the fall.
     """
-    return kernel(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return cast(F, _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True))
 
 
 def spliced(function: F) -> F:
-    """Return ``function`` as a part of other kernels that is put into their text where they call it.
+    """Return ``function`` as a part of kernels that is put into their text where they call it.
 
     It saves compiling on its own what does little but call others.
     """
-    return cast(F, njit(nogil=True, error_model="numpy", inline="always")(function))
+    return cast(F, _compiled(function, inline="always"))

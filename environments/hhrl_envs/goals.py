@@ -3,7 +3,7 @@
 from enum import IntEnum
 
 from hhrl_envs import layout as at
-from hhrl_envs.compiled import Floats, inner
+from hhrl_envs.compiled import Floats, inner, unsigned
 from hhrl_envs.layout import APPROACHING, DWELLING, FAR
 
 
@@ -19,14 +19,14 @@ STOP, PASS, FOLLOW = (int(goal) for goal in Goal)
 
 
 @inner
-def switch_signals(m: Floats, first: int, slots: int, r: int, c: Floats, lanes: int) -> None:
+def switch_signals(m: Floats, first: int, r: int, c: Floats, lanes: int) -> None:
     """Take the line away from every vehicle of the rows whose signal has turned green; who waited there starts anew.
 
     ``first`` is the ego's record, ``r`` that of the rows.
     """
     for i in range(lanes):
         if m[r + at.STEPS + i] * c[at.DT] >= m[r + at.GREEN_AT + i]:
-            for k in range(slots):
+            for k in range(unsigned(c[at.SLOTS])):
                 s = first + k * at.VEHICLE + i
                 if m[s + at.PHASE] == DWELLING:
                     m[s + at.STANDING] = 0.0
@@ -49,8 +49,23 @@ def finish_stops(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
 
 
 @inner
+def switch_lines(m: Floats, first: int, first_agent: int, r: int, c: Floats, lanes: int) -> None:
+    """Take the line away where a signal has turned green, and make the next one active for agents that have stopped.
+
+    ``first`` is the ego's record, ``first_agent`` its record as an agent, ``r`` that of the rows.
+    """
+    if c[at.SIGNAL] != 0.0:
+        switch_signals(m, first, r, c, lanes)
+    if c[at.FIRST_LINE] < c[at.LAST_LINE]:
+        for agent in range(unsigned(c[at.AGENTS])):
+            finish_stops(m, first + agent * at.VEHICLE, first_agent + agent * at.AGENT, c, lanes)
+
+
+@inner
 def keep_band(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     """Count the steps in which the ego's gap lies within the band: BAND_LOW to BAND_HIGH + BAND_HEADWAY * v_f."""
+    if c[at.GOAL] != FOLLOW:
+        return
     leader = s + at.VEHICLE
     for i in range(lanes):
         gap = m[leader + at.POSITION + i] - c[at.LENGTH] - m[s + at.POSITION + i]

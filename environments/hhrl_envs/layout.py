@@ -3,7 +3,8 @@
 The memory of a batch is one float64 array of blocks, each block the numbers of ``LANES`` rows. A block is a sequence
 of records: one for every vehicle, one for every agent, one for the rows themselves; a record is a sequence of fields,
 and a field holds one number for each lane. ``memory[record + FIELD + lane]`` is therefore how a kernel reads and
-writes: with all distances known when it is compiled, its loops over lanes vectorise without checks for overlap.
+writes: with all distances known when it is compiled, its loops over lanes vectorise without checks for overlap. Fields
+lie ``STRIDE`` numbers apart, an odd number of cache lines: a power of two would map all of them to the same few lines.
 
 Slot 0 is the ego, slot k its k-th front vehicle (nearest first); the slot after the last vehicle is a sentinel that
 drives far down the road, so that every vehicle has a leader and no loop needs a special case. The agents are the first
@@ -18,12 +19,12 @@ from typing import cast
 
 import numpy as np
 
-LANES = 128
+LANES, STRIDE = 256, 264
 
 
 def _fields(count: int, first: int = 0) -> Iterator[int]:
     """Yield the offsets of ``count`` fields, as unsigned integers."""
-    return (cast(int, np.uint64(field * LANES)) for field in range(first, first + count))
+    return (cast(int, np.uint64(field * STRIDE)) for field in range(first, first + count))
 
 
 # A vehicle's state. LINE is the position of its active stop-line.

@@ -8,7 +8,7 @@ from hhrl_envs.compiled import Floats
 
 def _records(size: int) -> int:
     """Return the number of fields of a record, or the place of a field in it."""
-    return int(size) // at.LANES
+    return int(size) // at.STRIDE
 
 
 class Memory:
@@ -23,12 +23,12 @@ class Memory:
         self.rows, self.slots, self.agents = rows, slots, agents
         self.blocks = -(-rows // at.LANES)
         fields = slots * _records(at.VEHICLE) + agents * _records(at.AGENT) + _records(at.ROW)
-        self.numbers: Floats = np.zeros(self.blocks * fields * at.LANES)
+        self.numbers: Floats = np.zeros(self.blocks * fields * at.STRIDE)
 
     @property
     def fields(self) -> Floats:
         """The numbers as float64 [block, field, lane], a view."""
-        return self.numbers.reshape(self.blocks, -1, at.LANES)
+        return self.numbers.reshape(self.blocks, -1, at.STRIDE)[:, :, : at.LANES]
 
     def of_row(self, field: int) -> Floats:
         """Return one number of every row, float64 [rows], fresh."""
@@ -51,7 +51,7 @@ class Memory:
 
     def target(self, agent: int) -> int:
         """Return where in ``numbers`` the target acceleration of an agent in row 0 lies."""
-        return (self._agent(agent) + _records(at.TARGET)) * at.LANES
+        return (self._agent(agent) + _records(at.TARGET)) * at.STRIDE
 
     def vehicles(self, row: int) -> Floats:
         """Return the records of one row's vehicles, float64 [slots, field], a view."""

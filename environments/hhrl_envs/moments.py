@@ -16,7 +16,8 @@ from hhrl_envs.simulator import Simulator
 class Moment:
     """What one picture shows; ``vehicles``, float64 [V, 3], is as ``Simulator.vehicles`` returns it.
 
-    ``line`` is the position of the active stop-line in metres, None where there is none.
+    ``line`` is the position of the active stop-line in metres, None where there is none; the first ``agents`` of the
+    vehicles are driven by agents.
     """
 
     scenario: Scenario
@@ -25,6 +26,7 @@ class Moment:
     time: float
     outcome: Outcome
     option: Option | None
+    agents: int = 1
 
     @property
     def d_d(self) -> float | None:
@@ -50,4 +52,5 @@ def moment_of(simulator: Simulator, row: int = 0, option: int | None = None) -> 
         time=float(simulator.steps[row]) * scenario.dt,
         outcome=Outcome(int(simulator.outcomes[row])),
         option=None if option is None or option < 0 else Option(option),
+        agents=simulator.num_agents,
     )

@@ -19,7 +19,7 @@ from hhrl_envs.arguments import (
     bad_agents,
 )
 from hhrl_envs.errors import InputError
-from hhrl_envs.outcomes import RUNNING, TIMEOUT, Outcome
+from hhrl_envs.outcomes import TIMEOUT, Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.screen import Screen
 from hhrl_envs.simulator import Simulator
@@ -74,7 +74,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         self._actions = Pedals(self.scenario) if continuous_actions else Levels(self.scenario)
         self._observation_space = observation_space(self.scenario)
         self.state_space = state_space(self.scenario, len(self.possible_agents))
-        self._own: dict[str, tuple[NDArray[np.float32], NDArray[np.float64]]] = {}
+        self._own: dict[str, tuple[NDArray[Any], ...]] = {}
         self._seeded = False
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
@@ -101,7 +101,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             self._screen.begin()
         self._look()
         infos = {agent: reset_info(self.simulator, 0) for agent in self.agents}
-        return {agent: observation.copy() for agent, (observation, _) in self._own.items()}, infos
+        return {agent: own[0].copy() for agent, own in self._own.items()}, infos
 
     def step(self, actions: Any) -> Step:
         """Return observations, rewards, terminations, truncations and infos of the live agents after one step."""
@@ -147,25 +147,27 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
     def _look(self) -> None:
         """Note where in the simulator's results those of each agent lie: views, so a copy of the view looks anew."""
         seen, results = self.simulator.raw_observations, self.simulator.raw_results
-        self._own = {agent: (seen[:, slot, 0], results[:, slot, 0]) for agent, slot in self._slots.items()}
+        self._own = {
+            agent: (seen[:, slot, 0], results[:, slot, 0], results[1:3, slot, 0], results[3:5, slot, 0])
+            for agent, slot in self._slots.items()
+        }
 
     def _tell(self, live: list[str]) -> Step:
         """Return what the agents that were live before the step get from it, and let those leave that have ended."""
         told: Step = ({}, {}, {}, {}, {})
         observations, rewards, terminations, truncations, infos = told
         for agent in live:
-            observation, own = self._own[agent]
-            own = own.copy()
-            info: Info = {"reward_option": own[1:3], "reward_action": own[3:5]}
-            outcome = own.item(5)
+            observation, results, option, action = self._own[agent]
+            info: Info = {"reward_option": option.copy(), "reward_action": action.copy()}
+            outcome = results.item(5)
+            observations[agent], rewards[agent], infos[agent] = observation.copy(), results.item(0), info
+            terminations[agent] = truncations[agent] = False
             if outcome:
                 self.agents = [other for other in self.agents if other != agent]
+                terminations[agent], truncations[agent] = outcome != TIMEOUT, outcome == TIMEOUT
                 info["outcome"] = _OUTCOMES[int(outcome)]
                 if agent == EGO:
                     info["feasible"] = bool(self.simulator.feasible[0])
-            observations[agent], rewards[agent], infos[agent] = observation.copy(), own.item(0), info
-            truncations[agent] = outcome == TIMEOUT
-            terminations[agent] = outcome not in (RUNNING, TIMEOUT)
         return told
 
     def _refuse(self, actions: Any) -> None:

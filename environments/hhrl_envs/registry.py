@@ -6,30 +6,12 @@ from types import MappingProxyType
 
 from hhrl_envs.errors import UnknownScenarioError
 from hhrl_envs.goals import Goal
+from hhrl_envs.paper_scenario import STOP_LINE_PAPER
 from hhrl_envs.profiles import HELD_OUT_FAMILIES, TRAIN_FAMILIES, ProfileFamily
-from hhrl_envs.scenario import Adversary, Road, Scenario, Sensor, Signal, Traffic
+from hhrl_envs.scenario import Adversary, Road, Scenario, Signal, Traffic
+from hhrl_envs.tiers import TIERS
 
 _MAIN = Scenario(id="stop-line-v0", traffic=Traffic(families=TRAIN_FAMILIES))
-
-_ERRATIC = (
-    ProfileFamily(
-        "erratic",
-        0.6,
-        desired_speed=(8.0, 12.0),
-        headway=(0.6, 1.2),
-        max_accel=(1.5, 2.6),
-        comfort_decel=(3.0, 6.0),
-        line_decel=(3.4, 7.0),
-        dwell=(0.2, 2.0),
-        slow_at=(15.0, 60.0),
-        slow_decel=(5.0, 8.0),
-        slow_time=(0.4, 1.5),
-        slow_every=(8.0, 20.0),
-        slow_chance=0.9,
-        styles=(0.7, 0.2, 0.1),
-    ),
-    *TRAIN_FAMILIES,
-)
 
 _JAM = (
     ProfileFamily(
@@ -53,27 +35,9 @@ _CAUTIOUS = tuple(replace(family, line_decel=(1.2, 2.2), styles=(1.0, 0.0, 0.0))
 
 _ALL = (
     _MAIN,
+    STOP_LINE_PAPER,
     replace(_MAIN, id="stop-line-heldout-v0", traffic=Traffic(families=HELD_OUT_FAMILIES)),
-    replace(
-        _MAIN,
-        id="stop-line-dense-v0",
-        traffic=Traffic(families=TRAIN_FAMILIES, count_shares=(0, 0, 0, 0.2, 0.3, 0.3, 0.2), gap=(4.0, 12.0)),
-        horizon=900,
-        feasible_only=False,
-    ),
-    replace(
-        _MAIN,
-        id="stop-line-erratic-v0",
-        traffic=Traffic(families=_ERRATIC, count_shares=(0.05, 0.35, 0.35, 0.25), gap=(10.0, 25.0)),
-        feasible_only=False,
-    ),
-    replace(_MAIN, id="stop-line-wet-v0", road=Road(friction=0.35), feasible_only=False),
-    replace(
-        _MAIN,
-        id="stop-line-noisy-v0",
-        sensor=Sensor(front_range=40.0, noise_distance=0.6, noise_speed=0.4, noise_accel=0.6, delay=3),
-        feasible_only=False,
-    ),
+    *TIERS,
     replace(
         _MAIN,
         id="follow-v0",

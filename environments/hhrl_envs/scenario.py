@@ -302,6 +302,11 @@ class Scenario:
         return (len(self.road.lines) > 0, self.traffic.max_fronts > 0)
 
     @property
+    def plain(self) -> bool:
+        """Whether the world is nothing but a road with one line to stop at."""
+        return self.goal == Goal.STOP and len(self.road.lines) == 1 and self.signal is None
+
+    @property
     def spec_hash(self) -> str:
         """The SHA-256 of the scenario's data: equal hashes mean equal worlds. A part that is None does not count."""
         return _digest({part: value for part, value in asdict(self).items() if value is not None})

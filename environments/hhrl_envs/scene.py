@@ -123,11 +123,14 @@ def _draw_vehicle(canvas: Canvas, moment: Moment, slot: int) -> None:
         return
     if slot == 1 and moment.option is Option.FFV:
         canvas.rect(front - length - 4, _ROAD_Y - _CAR / 2 * _SCALE - 4, length + 8, _CAR * _SCALE + 8, GREEN, radius=8)
-    _draw_car(canvas, front, length, BLUE if slot == 0 else PALE, braking=accel < _BRAKING)
+    colour = BLUE if slot == 0 else mix(BLUE, PALE, 0.45) if slot < moment.agents else PALE
+    _draw_car(canvas, front, length, colour, braking=accel < _BRAKING)
     if slot == 0:
         canvas.text(front, _ROAD_Y - 37, f"ego {speed:.1f} m/s", 18, BLUE, "r")
     else:
-        canvas.text(front - length / 2, _ROAD_Y - 37, f"{speed:.1f}", 18, INK, "c")
+        name = f"front_{slot} " if slot < moment.agents else ""
+        clear_of_ego = _x(moment, float(moment.vehicles[0, 0])) + 8
+        canvas.text(max(front - length, clear_of_ego), _ROAD_Y - 37, f"{name}{speed:.1f}", 18, INK)
 
 
 def _draw_car(canvas: Canvas, front: float, length: float, colour: Colour, braking: bool) -> None:

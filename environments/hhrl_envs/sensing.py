@@ -80,7 +80,7 @@ def blur(m: Floats, a: int, history: Floats, keys: Keys, agent: int, step: int, 
     key = stream(keys[0, row], keys[1, row], unsigned(agent), unsigned(NOISE + step))
     for channel in range(len(BASE)):
         quantity = BASE[channel]
-        place = a + at.MEASURED + unsigned(quantity * at.LANES)
+        place = a + at.MEASURED + unsigned(quantity * at.STRIDE)
         history[step % size, channel, agent, row] = m[place]
         value = history[shown, channel, agent, row] + noise_scale(quantity, c) * normal(key, channel)
         m[place] = max(value, 0.0) if quantity in POSITIVE else value

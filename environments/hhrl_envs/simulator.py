@@ -70,7 +70,7 @@ class Simulator:
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
-        self._learned = True if learned_fronts else None
+        self._special = True if learned_fronts or not scenario.plain else None
         self._ended, self._ready = 0, False
 
     @property
@@ -102,7 +102,8 @@ class Simulator:
     @property
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
-        return self.of_agent(0).outcomes
+        outcomes: Codes = self.raw_results[5, 0].astype(np.int8)
+        return outcomes
 
     @property
     def steps(self) -> Ints:
@@ -182,12 +183,12 @@ class Simulator:
 
     def active_line(self, row: int) -> float:
         """Return the position of the ego's active stop-line in one row, in metres; ``layout.FAR`` if there is none."""
-        return float(self._memory.vehicles(row)[0, int(at.LINE) // at.LANES])
+        return float(self._memory.vehicles(row)[0, int(at.LINE) // at.STRIDE])
 
     def profiles(self, row: int) -> list[dict[str, float | str]]:
         """Return the behaviour profiles of the front vehicles of one row, nearest first."""
         fronts = self._memory.vehicles(row)[1:-1]
-        present = fronts[fronts[:, 0] < 0.5 * at.FAR, int(at.PROFILE) // at.LANES :]
+        present = fronts[fronts[:, 0] < 0.5 * at.FAR, int(at.PROFILE) // at.STRIDE :]
         return [describe(profile, self.scenario.traffic.families) for profile in present]
 
     def key(self, row: int) -> tuple[int, int]:
@@ -200,12 +201,12 @@ class Simulator:
         self._run(MOVE_AND_SHOW if moving else SHOW)
 
     def _run(self, parts: int) -> None:
-        numbers, c, learned = self._numbers, self._constants, self._learned
+        numbers, c, special = self._numbers, self._constants, self._special
         observations, results = self.raw_observations, self.raw_results
         if self._pool is None:
-            self._ended = advance_rows(numbers, c, observations, results, parts, learned, 0, self._blocks)
+            self._ended = advance_rows(numbers, c, observations, results, parts, special, 0, self._blocks)
         else:
-            self._ended = self._each_slice(advance_rows, observations, results, parts, learned)
+            self._ended = self._each_slice(advance_rows, observations, results, parts, special)
         if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, self._keys, self._history, self.num_rows)
 
@@ -230,7 +231,8 @@ class Simulator:
         if given.dtype.kind == "f":
             self._aim_at(given.astype(np.float64))
             return
-        chosen = np.ascontiguousarray(given.reshape(self.num_rows, self.num_agents).T, np.int64)
+        chosen = given[None] if self.num_agents == 1 else given.T
+        chosen = np.ascontiguousarray(chosen, np.int64)
         bad = aim(self._numbers, self._constants, chosen, self._levels)
         if bad >= 0:
             levels = f"write 0 to {self.scenario.num_actions - 1}"

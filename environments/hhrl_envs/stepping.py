@@ -6,7 +6,7 @@ from hhrl_envs.compiled import Floats, Floats32, Ints, inner, kernel, spliced, u
 from hhrl_envs.dynamics import drive_agent
 from hhrl_envs.feasibility import drive_shadow
 from hhrl_envs.fronts import drive_fronts, judge_adversary, reward_adversary
-from hhrl_envs.goals import FOLLOW, finish_stops, keep_band, switch_signals
+from hhrl_envs.goals import keep_band, switch_lines
 from hhrl_envs.observation import observe
 from hhrl_envs.outcomes import RUNNING, judge
 from hhrl_envs.rewards import reward
@@ -48,10 +48,10 @@ def first_wrong(actions: Ints, levels: int) -> int:
 
 
 @spliced
-def prepare(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
+def prepare(m: Floats, a: int, r: int, c: Floats, lanes: int) -> None:
     """Note who is running, count the steps of rows where somebody is, and call the others WAITING.
 
-    Agents that are not running brake fully; those that have stopped at a line head for the next one.
+    Agents that are not running brake fully.
     """
     brake = c[at.EGO_MIN_ACCEL]
     for i in range(lanes):
@@ -63,21 +63,17 @@ def prepare(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
             m[own + at.LIVE + i] = live
             m[own + at.TARGET + i] = m[own + at.TARGET + i] if live != 0.0 else brake
             m[r + at.RUNNING + i] = max(m[r + at.RUNNING + i], live)
-        if c[at.FIRST_LINE] < c[at.LAST_LINE]:
-            finish_stops(m, s + agent * at.VEHICLE, own, c, lanes)
     for i in range(lanes):
         m[r + at.STEPS + i] += m[r + at.RUNNING + i]
         m[r + at.STATUS + i] = WAITING * (1.0 - m[r + at.RUNNING + i])
 
 
 @spliced
-def drive(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
-    """Switch the signals, then move all scripted vehicles by one step, from the front of the queue to its back."""
+def drive_traffic(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Move all scripted vehicles by one step, from the front of the queue to its back."""
     slots, agents = unsigned(c[at.SLOTS]), unsigned(c[at.AGENTS])
-    if c[at.SIGNAL] != 0.0:
-        switch_signals(m, s, slots, r, c, lanes)
-    for slot in range(slots - unsigned(1) - agents):
-        drive_slot(m, s + (slots - unsigned(2) - slot) * at.VEHICLE, c, lanes)
+    for behind in range(slots - unsigned(1) - agents):
+        drive_slot(m, s + (slots - unsigned(2) - behind) * at.VEHICLE, c, lanes)
 
 
 @spliced
@@ -96,8 +92,8 @@ def hand_out(m: Floats, a: int, observations: Floats32, results: Floats, first: 
     for agent in range(unsigned(observations.shape[1])):
         own = a + agent * at.AGENT
         observe(m, own, observations, agent, first, lanes)
-        for field in range(at.RESULTS_SIZE):
-            place = own + at.RESULTS + unsigned(field * at.LANES)
+        for field in range(results.shape[0]):
+            place = own + at.RESULTS + unsigned(field * at.STRIDE)
             for i in range(lanes):
                 results[field, agent, first + i] = m[place + i]
         for i in range(lanes):
@@ -108,14 +104,14 @@ def hand_out(m: Floats, a: int, observations: Floats32, results: Floats, first: 
 @kernel
 def advance_rows(
     m: Floats, c: Floats, observations: Floats32, results: Floats,
-    parts: int, learned: bool | None, low: int, high: int,
+    parts: int, special: bool | None, low: int, high: int,
 ) -> int:  # fmt: skip
     """Advance the blocks from low to high by one step, or by the parts of it that are asked for.
 
-    ``observations`` are float32 [11, agent, row], ``results`` float64 [RESULTS_SIZE, agent, row]. ``learned`` is None
-    where the ego is the only agent, so that what learned front vehicles need is not even compiled. Return how many
-    agents have ended, if that is SHOWn. Those that had ended before keep their outcome and earn nothing. To SHOW a step
-    again changes nothing.
+    ``observations`` are float32 [11, agent, row], ``results`` float64 [RESULTS_SIZE, agent, row]. ``special`` is None
+    for an ego alone that has to stop at one line, so that what other scenarios need is not even compiled. Return how
+    many agents have ended, if that is SHOWn. Those that had ended before keep their outcome and earn nothing. To SHOW
+    a step again changes nothing.
     """
     ended, rows = 0, unsigned(observations.shape[2])
     for block in range(unsigned(low), unsigned(high)):
@@ -123,22 +119,23 @@ def advance_rows(
         first = block * unsigned(at.LANES)
         lanes = min(unsigned(at.LANES), rows - first)
         if parts & MOVE:
-            prepare(m, s, a, r, c, lanes)
-            drive(m, s, r, c, lanes)
-            if learned is not None:
+            prepare(m, a, r, c, lanes)
+            if special is not None:
+                switch_lines(m, s, a, r, c, lanes)
+            drive_traffic(m, s, c, lanes)
+            if special is not None:
                 drive_fronts(m, s, a, c, lanes)
             drive_agent(m, s, a, c, lanes)
-            if c[at.GOAL] == FOLLOW:
+            if special is not None:
                 keep_band(m, s, r, c, lanes)
-            if learned is not None:
                 drive_shadow(m, s, a, r, c, lanes)
         if parts & SHOW:
             judge_all(m, s, a, r, c, lanes)
-            if learned is not None:
+            if special is not None:
                 judge_adversary(m, a, r, c, lanes)
             for agent in range(unsigned(c[at.AGENTS])):
                 reward(m, a + agent * at.AGENT, c, lanes)
-            if learned is not None:
+            if special is not None:
                 reward_adversary(m, a, c, lanes)
             ended += hand_out(m, a, observations, results, first, lanes)
     return ended

@@ -20,6 +20,7 @@ FIRST, SECOND = unsigned(0), unsigned(1)  # draw indices
 STYLE_DRAW, SLOW_DRAW, FAMILY_DRAW = unsigned(100), unsigned(101), unsigned(102)  # beside those of the parameters
 STATE, PARAMETERS, ALL = 9, 14, 27  # fields of a vehicle's record
 FULL, ROLLING, RUNS = range(3)
+NOBODYS = -1.0  # the FAMILY of absent vehicles
 EASY_DECEL = 3.0  # m/s^2; initial speeds leave every follower this comfortable a stop
 SHORT_HEADWAY = 1.0  # s; initial speeds above the leader's leave every follower this much time
 
@@ -31,9 +32,9 @@ def draw_profile(m: Floats, s: int, key: np.uint64, families: Floats) -> None:
     family = 0
     while choice >= families[family, -5]:
         family += 1
-    for p in range(PARAMETERS):
+    for p in range((families.shape[1] - 5) // 2):
         drawn = between(key, unsigned(p), families[family, 2 * p], families[family, 2 * p + 1])
-        m[s + at.PROFILE + unsigned(p * at.LANES)] = drawn
+        m[s + at.PROFILE + unsigned(p * at.STRIDE)] = drawn
     if unit(key, SLOW_DRAW) >= families[family, -4]:
         m[s + at.SLOW_AT] = -FAR
     draw = unit(key, STYLE_DRAW)
@@ -46,12 +47,22 @@ def draw_profile(m: Floats, s: int, key: np.uint64, families: Floats) -> None:
 
 
 @inner
-def clear_slot(m: Floats, s: int, slot: int) -> None:
-    """Send the vehicle ``s`` far down the road, where it drives on without meeting anyone or anything."""
+def clear_state(m: Floats, s: int) -> None:
+    """Forget the state of the vehicle ``s``, but for its profile."""
     for field in range(STATE):
-        m[s + unsigned(field * at.LANES)] = 0.0
-    for field in range(STATE, ALL):
-        m[s + unsigned(field * at.LANES)] = 1.0
+        m[s + unsigned(field * at.STRIDE)] = 0.0
+
+
+@inner
+def send_away(m: Floats, s: int, slot: int) -> None:
+    """Send the vehicle ``s`` far down the road, where it drives on without meeting anyone or anything.
+
+    Its profile is all ones but for the FAMILY, which says that it is nobody's.
+    """
+    if m[s + at.FAMILY] != NOBODYS:
+        for field in range(STATE, ALL):
+            m[s + unsigned(field * at.STRIDE)] = 1.0
+        m[s + at.FAMILY] = NOBODYS
     m[s + at.POSITION] = FAR * (slot + 1)
     m[s + at.LINE] = FAR * FAR
     m[s + at.NEXT_SLOW] = FAR * FAR
@@ -94,11 +105,13 @@ def first_line(m: Floats, s: int, c: Floats) -> float:
     """Return the position of the line that the vehicle ``s`` heads for: the first at which it can and wants to stop."""
     if m[s + at.STYLE] == RUNS:
         return FAR
-    for line in (c[at.FIRST_LINE], c[at.LAST_LINE]):
+    line = c[at.FIRST_LINE]
+    while line < FAR:
         to_stop = line - m[s + at.STOP_POSITION] - m[s + at.POSITION]
         needed = needed_decel(m[s + at.SPEED], m[s + at.LINE_SPEED], to_stop)
         if (to_stop > 0.0) & (needed <= 0.8 * HARDEST_DECEL):
             return float(line)
+        line = c[at.LAST_LINE] if line < c[at.LAST_LINE] else FAR
     return FAR
 
 
@@ -129,7 +142,10 @@ def draw_world(
     while fronts + 1 < counts.size and draw >= counts[fronts]:
         fronts += 1
     for k in range(int(c[at.SLOTS])):
-        clear_slot(m, s + unsigned(k) * at.VEHICLE, k)
+        here = s + unsigned(k) * at.VEHICLE
+        clear_state(m, here)
+        if k > fronts:
+            send_away(m, here, k)
     place_vehicles(m, s, fronts, world, episode, c)
     for k in range(1, fronts + 1):
         here = s + unsigned(k) * at.VEHICLE

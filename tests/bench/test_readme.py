@@ -41,13 +41,13 @@ def test_quick_commands_run(command: str, tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_documentation_holds_the_commands_it_promises() -> None:
     verbs = {line.split()[1] for line in commands()}
-    assert verbs == {"list", "evaluate", "watch", "run", "leaderboard", "train"}
+    assert verbs == {"list", "evaluate", "watch", "run", "leaderboard", "train", "calibrate"}
 
 
 def test_the_results_table_says_what_the_published_leaderboard_holds() -> None:
     board = leaderboard.read(ROOT / "leaderboards" / "quick.json")
     text = (ROOT / "README.md").read_text()
-    rows = re.findall(r"^\| (Rule \d|flat Double DQN|Hybrid HRL)[^|]*\| (.*) \|$", text, re.MULTILINE)
+    rows = re.findall(r"^\| (Rule \d|Rule plus|flat Double DQN|Hybrid HRL)[^|]*\| (.*) \|$", text, re.MULTILINE)
     assert len(rows) == len(board.results)
     for (_, cells), result in zip(rows, board.results, strict=True):
         assert cells.split(" | ") == [said(key, getattr(result.metrics, key)) for key in SHOWN]

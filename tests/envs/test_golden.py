@@ -5,11 +5,12 @@ from hhrl_envs.golden import trajectory_digest
 
 GOLDEN = {
     "stop-line-v0": "ffbf605cf3975248f2669a63c5a8efb2396c7dbe376bd9373e1fb424971ec2ea",
+    "stop-line-paper-v0": "a6a6982a971e5022f84e6ae5a1e4498be9e20f0f623c5b53fe60bad5c1222681",
     "stop-line-heldout-v0": "32d9151bd95da9fb1c1f9eed12fbf80cba571c753171fe16ccd6d8092721dfb9",
-    "stop-line-dense-v0": "ce618276709cfd74eaa100d190e00c3748692bb41c077001e520423eaacedbd5",
-    "stop-line-erratic-v0": "120405a8e896125f38487358fe61201099efab887ff6a00ed05e067fa68c4ce6",
-    "stop-line-wet-v0": "a22f9bc4cc5ee1d6102b1b8d51f32e6efd294f50334299359a12741297c48c6f",
-    "stop-line-noisy-v0": "ec83cf21a5a91f06546b439369a9ebfe97dba797d2207e040ceeac03aa1c8873",
+    "stop-line-dense-v0": "be86001e3924d1c571c6d6390eafb7ad881fb56e9a69503ca50cb99d09e3983b",
+    "stop-line-erratic-v0": "3bb7de788142f675830f5fae2770d496d5645744f7c9b573b116af5ffc25f315",
+    "stop-line-wet-v0": "bf0ba45837632a684e58b4612a20e5797a1f8994035f527458a67f55c3e3a66e",
+    "stop-line-noisy-v0": "ed0e0f0230968aab9074a0d4aa4c30090b1428a9aa22d43fa7b0e856653a3f91",
     "follow-v0": "bf5e0fdf21621e2b383ee975211f4536e6d1b6b9d2b01e2dc8364ec4fe6ca1b4",
     "solo-stop-v0": "3a97cc54ead1f3044f93703e325221e2363cef1943ef18367d967dd7f38ec261",
     "red-light-v0": "20136fccdd20bb17c91db91654a430d4621808a4ce30dd7f279a93c141d3483e",

@@ -8,6 +8,7 @@ import pytest
 
 from hhrl_envs import SCENARIOS, Goal, Outcome, Reward, Road, Scenario, Vehicle, layout, observation, rewards, sensing
 from hhrl_envs.profiles import HELD_OUT_FAMILIES, PARAMETERS, TRAIN_FAMILIES, ProfileFamily
+from hhrl_envs.survey import feasible_share
 
 PAGE = (Path(__file__).parents[2] / "environments" / "README.md").read_text()
 
@@ -85,13 +86,14 @@ def facts(scenario: Scenario) -> list[str]:
     counts = np.flatnonzero(scenario.traffic.count_shares)
     fronts = f"{counts[0]} to {counts[-1]}" if len(counts) > 1 else str(counts[0])
     seconds = f"{scenario.horizon * scenario.dt:g}"
-    return [scenario.id, Goal(scenario.goal).name.lower(), fronts, str(len(scenario.road.lines)), seconds]
+    feasible = f"{feasible_share(scenario):.2%}"
+    return [scenario.id, Goal(scenario.goal).name.lower(), fronts, str(len(scenario.road.lines)), seconds, feasible]
 
 
 @pytest.mark.parametrize("scenario_id", SCENARIOS)
 def test_scenario_table_has_a_row_for_every_scenario(scenario_id: str) -> None:
     rows = {row[0]: row for row in table("Scenarios")[1:]}
-    assert rows.get(scenario_id, [])[:5] == facts(SCENARIOS[scenario_id])
+    assert rows.get(scenario_id, [])[:6] == facts(SCENARIOS[scenario_id])
 
 
 def test_scenario_table_has_no_other_rows() -> None:

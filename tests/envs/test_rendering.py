@@ -113,7 +113,7 @@ def test_every_scenario_keeps_the_ego_in_view_on_its_whole_way(scenario_id: str)
     frames = []
     while simulator.outcomes[0] == Outcome.RUNNING:
         frames.append(Renderer(simulator.scenario).frame(simulator))
-        for _ in range(10):
+        for _ in range(5):
             simulator.step(throttle)
     assert len(frames) > 3
     assert all(count(frame[60:110], drawing.BLUE) > 200 for frame in frames)

@@ -1,0 +1,25 @@
+from dataclasses import replace
+
+import numpy as np
+
+from hhrl_envs import Road, Simulator, Traffic, get_scenario
+from hhrl_envs.survey import feasible_share
+
+MAIN = get_scenario("stop-line-v0")
+CLOSE = replace(
+    MAIN,
+    traffic=Traffic(families=MAIN.traffic.families, count_shares=(0.5, 0.5), gap=(1.0, 9.0), speed=(0.0, 6.0)),
+    road=Road(start_speed=(8.0, 12.0)),
+)
+
+
+def test_rejected_worlds_count() -> None:
+    share = feasible_share(CLOSE, 500)
+    assert 0.5 < share < 0.9
+    simulator = Simulator(CLOSE, 500)
+    simulator.reset(np.arange(500))
+    assert simulator.feasible.all()
+
+
+def test_a_road_without_traffic_is_always_feasible() -> None:
+    assert feasible_share(get_scenario("solo-stop-v0"), 200) == 1.0
