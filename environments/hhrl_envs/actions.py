@@ -68,9 +68,10 @@ class Pedals:
 def _number(action: Any) -> float:
     """Return the action as a number; NaN if it is none."""
     try:
-        return float(np.asarray(action).item())
-    except (TypeError, ValueError):
+        given = np.asarray(action)
+    except ValueError:  # lists of unequal length
         return nan
+    return float(given.item()) if given.size == 1 and given.dtype.kind in "iuf" else nan
 
 
 def _array(actions: Any, rows: int) -> NDArray[Any]:

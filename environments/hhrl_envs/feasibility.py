@@ -89,9 +89,10 @@ def begin_shadow(m: Floats, s: int, r: int) -> None:
 
 @inner
 def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
-    """Brake the shadow egos by one more step and note FEASIBLE: 0 once a shadow was hit, or where it was never free.
+    """Brake the shadow egos by one more step and note FEASIBLE.
 
-    ``s`` is the egos' record, ``a`` their record as agents, ``r`` that of the rows. The front vehicles have moved.
+    It is 0 once a shadow was hit, or where the goal's place was not freed in time. ``s`` is the egos' record, ``a``
+    their record as agents, ``r`` that of the rows. The front vehicles have moved.
     Where they are all scripted there is nothing to be found out.
     """
     if c[at.AGENTS] == 1.0:
@@ -106,6 +107,6 @@ def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> No
         rear, time = m[s + at.VEHICLE + at.POSITION + i] - c[at.LENGTH], m[r + at.STEPS + i] * dt
         if (rear > place) & (time <= c[at.CLEAR_BY]):
             m[r + at.CLEARED + i] = 1.0
-        hopeless = (m[r + at.STEPS + i] >= c[at.HORIZON]) & (m[r + at.CLEARED + i] == 0.0)
+        hopeless = (time > c[at.CLEAR_BY]) & (m[r + at.CLEARED + i] == 0.0)
         if (m[a + at.LIVE + i] != 0.0) & ((rear <= m[r + at.SHADOW_POSITION + i]) | hopeless):
             m[r + at.FEASIBLE + i] = 0.0

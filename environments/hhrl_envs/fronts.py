@@ -3,44 +3,70 @@
 from hhrl_envs import layout as at
 from hhrl_envs.compiled import Floats, inner, unsigned
 from hhrl_envs.dynamics import drive_agent
+from hhrl_envs.goals import STOP
 from hhrl_envs.layout import DWELLING, FAR, LEAVING
 from hhrl_envs.outcomes import COLLISION, FOILED, NOT_STOP, RUNNING, SUCCESS, TIMEOUT
-from hhrl_envs.traffic import drive_slot
+from hhrl_envs.traffic import HARDEST_DECEL, drive_slot
 
 
 @inner
 def drive_front(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
     """Advance the learned front vehicles of record ``s``, whose agents' record is ``a``, by one step.
 
-    One that has succeeded or run the line is handed over to the scripted profile drawn for it: it dwells where it
-    stands, or drives on. One that collided or was struck brakes fully, and the wreck stays.
+    One that has succeeded or run the line is handed over to the scripted profile drawn for it. One that collided or was
+    struck brakes fully, and the wreck stays.
     """
     one = unsigned(1)
     for i in range(lanes):
         outcome = m[a + at.OUTCOME + i]
         if (outcome == SUCCESS) | (outcome == NOT_STOP):
             if m[a + at.FRESH + i] == outcome:
-                m[s + at.PHASE + i] = DWELLING if outcome == SUCCESS else LEAVING
-                m[s + at.STANDING + i] = 0.0
-            drive_slot(m, s + i, c, one)
+                hand_over(m, s + i, c)
+            drive_on(m, s + i, c)
         else:
             drive_agent(m, s + i, a + i, c, one)
 
 
 @inner
+def hand_over(m: Floats, s: int, c: Floats) -> None:
+    """Let the vehicle ``s``, a record plus a lane, dwell from now on where it has come to a stand, else drive on."""
+    stopped = (c[at.GOAL] == STOP) & (m[s + at.SPEED] < c[at.STOP_SPEED])
+    m[s + at.PHASE] = DWELLING if stopped else LEAVING
+    m[s + at.SPEED] = 0.0 if stopped else m[s + at.SPEED]
+    m[s + at.STANDING] = 0.0
+
+
+@inner
+def drive_on(m: Floats, s: int, c: Floats) -> None:
+    """Advance the vehicle ``s``, a record plus a lane, by one scripted step, with a scripted vehicle's brakes.
+
+    It may have been handed over too fast and too near to its leader for any brakes. Then it runs into it: the bound on
+    its speed, which assumes that it has always kept its distance, would stop it dead.
+    """
+    x, v = m[s + at.POSITION], m[s + at.SPEED]
+    drive_slot(m, s, c, unsigned(1))
+    slowest = v - min(HARDEST_DECEL, c[at.GRIP]) * c[at.DT]
+    if m[s + at.SPEED] < slowest:
+        m[s + at.POSITION] = x + 0.5 * (v + slowest) * c[at.DT]
+        m[s + at.ACCEL] = (slowest - v) * c[at.PER_DT]
+        m[s + at.SPEED] = slowest
+
+
+@inner
 def restrain(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
-    """Keep the adversaries of record ``a`` within human limits.
+    """Keep the adversaries of record ``a`` within human limits, as long as they are running: a wreck stays.
 
     They brake no harder than HARDEST_BRAKE, and once they have stood for PATIENCE seconds in all they only speed up.
     The line does not bind them: once they have passed it there is none.
     """
     hardest, patience, throttle = -c[at.HARDEST_BRAKE], c[at.PATIENCE], c[at.THROTTLE]
     for i in range(lanes):
+        live, target = m[a + at.LIVE + i] != 0.0, m[a + at.TARGET + i]
         standing = m[s + at.STANDING + i] + (c[at.DT] if m[s + at.SPEED + i] == 0.0 else 0.0)
-        m[s + at.STANDING + i] = standing
-        target = max(m[a + at.TARGET + i], hardest)
-        m[a + at.TARGET + i] = throttle if standing > patience else target
-        passed = m[s + at.POSITION + i] > m[s + at.LINE + i]
+        m[s + at.STANDING + i] = standing if live else m[s + at.STANDING + i]
+        restrained = throttle if standing > patience else max(target, hardest)
+        m[a + at.TARGET + i] = restrained if live else target
+        passed = live & (m[s + at.POSITION + i] > m[s + at.LINE + i])
         m[s + at.LINE + i] = FAR if passed else m[s + at.LINE + i]
 
 

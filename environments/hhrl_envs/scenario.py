@@ -182,7 +182,7 @@ class Traffic:
     @property
     def max_fronts(self) -> int:
         """The largest number of front vehicles that can be drawn."""
-        return len(self.count_shares) - 1
+        return max(count for count, share in enumerate(self.count_shares) if share > 0.0)
 
 
 @dataclass(frozen=True)
@@ -405,7 +405,7 @@ class Scenario:
 
     def cumulative_counts(self) -> Floats:
         """Return the cumulative shares of 0, 1, 2, ... front vehicles, float64 [max_fronts + 1]."""
-        shares = np.cumsum(self.traffic.count_shares)
+        shares = np.cumsum(self.traffic.count_shares[: self.traffic.max_fronts + 1])
         shares[-1] = 1.0
         return shares
 

@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from hhrl_envs import observation as o
 from hhrl_envs import sensing
-from hhrl_envs.scenario import Scenario
+from hhrl_envs.scenario import GRAVITY, Scenario
 from hhrl_envs.simulator import Simulator
 from hhrl_envs.traffic import HARDEST_DECEL
 
@@ -41,9 +41,30 @@ def observation_space(scenario: Scenario) -> spaces.Box:
 
 
 def state_space(scenario: Scenario, agents: int) -> spaces.Box:
-    """Return the box of the global state: the agents' observations one after another, float32 [11 * agents]."""
+    """Return the box of the global state: the agents' observations one after another, float32 [11 * agents].
+
+    Those that have left are still seen in it: braking to a stand past the line, or driven on by their profiles. So for
+    several agents it is wider than their observation spaces.
+    """
     one = observation_space(scenario)
-    return spaces.Box(np.tile(one.low, agents), np.tile(one.high, agents), dtype=np.float32)
+    low, high = one.low.copy(), one.high.copy()
+    if agents > 1:
+        fastest = high[o.V_E] = max(high[o.V_E], high[o.V_F])
+        low[o.A_E], high[o.A_E] = low[o.A_F], high[o.A_F]
+        speed = float(fastest / o.SCALES[o.V_E])
+        safety = speed * speed / (2.0 * scenario.vehicle.max_decel)
+        low[o.D_D] -= (scenario.vehicle.length + _slide(scenario, speed)) * o.SCALES[o.D_D]
+        low[o.D_DC] = low[o.D_D] - safety * o.SCALES[o.D_DC]
+        low[o.D_FC] = min(low[o.D_FC], -safety * o.SCALES[o.D_FC])
+    return spaces.Box(np.tile(low, agents), np.tile(high, agents), dtype=np.float32)
+
+
+def _slide(scenario: Scenario, speed: float) -> float:
+    """Return metres in which an agent with ``speed`` surely stands: those of its reaction, and of its full brake."""
+    vehicle = scenario.vehicle
+    brake = min(-vehicle.levels[0], scenario.road.friction * GRAVITY)
+    reaction = 2.0 * (vehicle.lag + scenario.dt) + (vehicle.levels[-1] - vehicle.levels[0]) / vehicle.jerk_limit
+    return speed * reaction + speed * speed / (2.0 * brake)
 
 
 def reset_info(simulator: Simulator, row: int) -> Info:

@@ -139,7 +139,7 @@ def draw_world(
     """
     draw, fronts = unit(stream(world, episode, EGO, COUNT), FIRST), int(c[at.AGENTS]) - 1
     draw = counts[fronts - 1] + (1.0 - counts[fronts - 1]) * draw if fronts > 0 else draw
-    while draw >= counts[fronts]:
+    while fronts + 1 < counts.size and draw >= counts[fronts]:
         fronts += 1
     for k in range(int(c[at.SLOTS])):
         here = s + unsigned(k) * at.VEHICLE

@@ -3,8 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hhrl_envs import SCENARIOS, Goal, Outcome, Scenario, Simulator
+from hhrl_envs import SCENARIOS, Adversary, Goal, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs import layout as at
+from support.recording import LEARNED, recorded
+from support.reference import feasible
 
 STOPS = [s for s in SCENARIOS.values() if s.goal == Goal.STOP and len(s.road.lines) == 1 and s.traffic.max_fronts > 0]
 
@@ -14,11 +16,56 @@ def test_bounds_and_drive_agree_with_what_full_braking_meets(scenario: Scenario)
     rows = 1500
     simulator = Simulator(replace(scenario, feasible_only=False), rows)
     simulator.reset(np.arange(rows) + 10**6)
-    feasible, cleared = simulator.feasible.copy(), np.full(rows, np.inf)
+    verdicts, cleared = simulator.feasible.copy(), np.full(rows, np.inf)
     constants, slot = scenario.constants(), int(at.VEHICLE) // at.STRIDE
     for step in range(scenario.horizon):
         rears = simulator._memory.fields[:, slot].ravel()[:rows] - scenario.vehicle.length
         cleared[(rears > scenario.road.lines[-1]) & np.isinf(cleared)] = step * scenario.dt
         simulator.step(np.zeros(rows, np.int64))
     expected = (simulator.outcomes != Outcome.COLLISION) & (cleared <= constants[at.CLEAR_BY])
-    np.testing.assert_array_equal(feasible, expected)
+    np.testing.assert_array_equal(verdicts, expected)
+
+
+@pytest.mark.parametrize(("scenario_id", "fronts"), [each for each in LEARNED if get_scenario(each[0]) in STOPS])
+def test_with_learned_fronts_the_verdict_is_that_of_an_independent_shadow(scenario_id: str, fronts: int) -> None:
+    tape = recorded(scenario_id, fronts)
+    rears = tape.vehicles[:, :, 1, 0] - tape.scenario.vehicle.length
+    for row, end in enumerate(tape.ends()[0]):
+        start = tuple(tape.vehicles[0, row, 0, :2])
+        verdict = bool(tape.feasible[end, row])
+        assert verdict == feasible(tape.scenario, start, rears[: end + 1, row])
+        assert (tape.feasible[end:, row] == verdict).all(), "it changed after the ego's end"
+
+
+def test_the_recordings_hold_both_verdicts() -> None:
+    verdicts = {bool(each) for scenario_id, fronts in LEARNED for each in recorded(scenario_id, fronts).feasible[-1]}
+    assert verdicts == {True, False}
+
+
+def test_a_front_vehicle_that_brakes_before_the_ego_can_makes_its_episode_infeasible() -> None:
+    scenario = get_scenario("adversary-v0")
+    hasty = replace(
+        scenario,
+        traffic=replace(scenario.traffic, gap=(1.0, 2.0), speed=(0.0, 1.0)),
+        road=replace(scenario.road, start_speed=(9.0, 12.0)),
+    )
+    simulator = Simulator(hasty, 8, learned_fronts=1)
+    simulator.reset(np.arange(8))
+    while (simulator.outcomes == Outcome.RUNNING).any():
+        simulator.step(np.zeros((8, 2), np.int64))
+    assert (simulator.outcomes == Outcome.COLLISION).all()
+    assert not simulator.feasible.any()
+    assert (simulator.of_agent(1).outcomes == Outcome.FOILED).all()
+
+
+@pytest.mark.parametrize(("waits", "could"), [(0, True), (150, False)])
+def test_a_line_that_is_never_freed_in_time_counts_however_the_ego_ends(waits: int, could: bool) -> None:
+    scenario = replace(get_scenario("adversary-v0"), horizon=200, adversary=Adversary(patience=1000.0))
+    simulator = Simulator(scenario, 8, learned_fronts=1)
+    simulator.reset(np.arange(8))
+    for step in range(200):
+        simulator.step(np.tile([0 if step < waits else 5, 0], (8, 1)))
+    collided = simulator.outcomes == Outcome.COLLISION
+    assert collided.any()
+    assert (simulator.feasible[collided] == could).all()
+    assert (simulator.of_agent(1).outcomes[collided] == (Outcome.SUCCESS if could else Outcome.FOILED)).all()

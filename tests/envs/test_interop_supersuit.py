@@ -12,8 +12,8 @@ supersuit = pytest.importorskip("supersuit", reason="SuperSuit is not installed"
 
 @pytest.mark.parametrize("scenario_id", SCENARIOS)
 def test_markov_vector_env_tells_the_same_story(scenario_id: str) -> None:
-    env = supersuit.pettingzoo_env_to_vec_env_v1(triad(scenario_id).parallel_env())
-    alone = triad(scenario_id).parallel_env()
+    env = supersuit.pettingzoo_env_to_vec_env_v1(triad(scenario_id).parallel_env(learned_fronts=0))
+    alone = triad(scenario_id).parallel_env(learned_fronts=0)
     observations, _ = env.reset(seed=5)
     assert (observations[0] == alone.reset(seed=5)[0][EGO]).all()
     for action in (5, 5, 3, 0):
@@ -22,6 +22,31 @@ def test_markov_vector_env_tells_the_same_story(scenario_id: str) -> None:
         assert (observations[0] == expected[0][EGO]).all()
         assert rewards[0] == np.float32(expected[1][EGO])
         assert (bool(terminated[0]), bool(truncated[0])) == (expected[2][EGO], expected[3][EGO])
+
+
+@pytest.mark.parametrize("scenario_id", ["platoon-v0", "adversary-v0"])
+def test_agents_that_have_left_go_black_until_the_last_is_gone(scenario_id: str) -> None:
+    env = supersuit.pettingzoo_env_to_vec_env_v1(supersuit.black_death_v3(triad(scenario_id).parallel_env()))
+    alone = triad(scenario_id).parallel_env()
+    batch, _ = env.reset(seed=5)
+    together, _ = alone.reset(seed=5)
+    agents = alone.possible_agents
+    assert (batch == np.stack([together[agent] for agent in agents])).all()
+    seen = set()
+    while alone.agents:
+        chosen = dict(zip(agents, (2, 5, 4, 5), strict=False))
+        batch, rewards, ended, _, _ = env.step(np.array(list(chosen.values())))
+        together, earned, _, _, _ = alone.step({agent: chosen[agent] for agent in alone.agents})
+        seen.add(len(together))
+        for place, agent in enumerate(agents):
+            assert (batch[place] == together.get(agent, np.zeros(11))).all()
+            assert rewards[place] == np.float32(earned.get(agent, 0.0))
+        assert not ended.any()
+    assert len(seen) > 1, "nobody left before the others"
+    batch, _, ended, _, _ = env.step(np.zeros(len(agents), np.int64))
+    together, _ = alone.reset()
+    assert ended.all()
+    assert (batch == np.stack([together[agent] for agent in agents])).all()
 
 
 def test_concatenated_copies_are_independent_and_reset_themselves() -> None:

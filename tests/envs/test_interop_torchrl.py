@@ -9,6 +9,7 @@ import torch
 from hhrl_envs import SCENARIOS, triad
 from hhrl_envs.numeric_infos import NumericInfos
 from hhrl_envs.parallel_env import EGO
+from hhrl_envs.triads import ViewArguments
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # TorchRL and what it imports use names that Python and torch are retiring
@@ -23,6 +24,27 @@ pytestmark = pytest.mark.filterwarnings("ignore:PettingZoo in TorchRL is tested 
 def test_torchrl_accepts_the_view(scenario_id: str) -> None:
     view = NumericInfos(triad(scenario_id).parallel_env())
     check_env_specs(PettingZooWrapper(view, use_mask=True, return_state=True, seed=3))
+
+
+@pytest.mark.parametrize(
+    ("scenario_id", "arguments"),
+    [
+        ("stop-line-v0", ViewArguments(learned_fronts=2)),
+        ("two-stops-v0", ViewArguments(learned_fronts=2, continuous_actions=True)),
+        ("platoon-v0", ViewArguments(continuous_actions=True)),
+        ("adversary-v0", ViewArguments(learned_fronts=3)),
+        ("follow-v0", ViewArguments(continuous_actions=True)),
+    ],
+    ids=str,
+)
+def test_torchrl_accepts_several_agents_and_continuous_actions(scenario_id: str, arguments: ViewArguments) -> None:
+    env = triad(scenario_id).parallel_env(**arguments)
+    wrapped = PettingZooWrapper(NumericInfos(env), use_mask=True, return_state=True, seed=3)
+    groups = {name: agents for name, agents in wrapped.group_map.items() if agents}
+    assert sorted(agent for agents in groups.values() for agent in agents) == sorted(env.possible_agents)
+    check_env_specs(wrapped)
+    states = wrapped.rollout(200)["next", "state"]
+    assert all(env.state_space.contains(state) for state in states.numpy())
 
 
 def test_a_rollout_holds_what_the_view_says() -> None:

@@ -3,13 +3,15 @@
 import importlib
 import pickle
 import warnings
+from functools import partial
 from types import ModuleType
 
 import pytest
 
 import hhrl_envs.two_stops_v0
-from hhrl_envs import SCENARIOS, InputError, Scenario, UnknownScenarioError, stop_line_v0, triad
+from hhrl_envs import SCENARIOS, Goal, InputError, Scenario, UnknownScenarioError, stop_line_v0, triad
 from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
+from hhrl_envs.triads import ViewArguments
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
@@ -17,6 +19,15 @@ with warnings.catch_warnings():
     from pettingzoo.utils.conversions import aec_to_parallel
 
 EACH = pytest.mark.parametrize("scenario_id", SCENARIOS)
+LEARNED = [name for name, each in SCENARIOS.items() if each.traffic.max_fronts > 1 and each.goal != Goal.FOLLOW]
+VARIANTS: list[tuple[str, ViewArguments]] = [
+    *((name, ViewArguments(learned_fronts=2)) for name in LEARNED),
+    ("platoon-v0", ViewArguments(learned_fronts=4)),
+    *((name, ViewArguments(continuous_actions=True)) for name in ("follow-v0", "solo-stop-v0", "platoon-v0")),
+    ("adversary-v0", ViewArguments(learned_fronts=3, continuous_actions=True)),
+    ("stop-line-noisy-v0", ViewArguments(learned_fronts=1, continuous_actions=True)),
+]
+EACH_VARIANT = pytest.mark.parametrize(("scenario_id", "arguments"), VARIANTS, ids=str)
 pytestmark = pytest.mark.filterwarnings("ignore:We recommend agents:UserWarning")  # MPE's names, not a requirement
 
 
@@ -50,6 +61,22 @@ def test_pettingzoo_accepts_the_aec_views(scenario_id: str) -> None:
 def test_pettingzoo_accepts_the_pictures(scenario_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     render_test(module(scenario_id).env)
+
+
+@EACH_VARIANT
+def test_pettingzoo_accepts_learned_fronts_and_continuous_actions(scenario_id: str, arguments: ViewArguments) -> None:
+    views = triad(scenario_id)
+    parallel_api_test(views.parallel_env(**arguments), num_cycles=300)
+    parallel_seed_test(partial(views.parallel_env, **arguments))
+    api_test(views.env(**arguments), num_cycles=300)
+    api_test(views.raw_env(**arguments), num_cycles=300)
+    seed_test(partial(views.env, **arguments))
+
+
+@pytest.mark.parametrize("scenario_id", ["stop-line-v0", "platoon-v0"])
+def test_pettingzoo_accepts_pictures_of_learned_fronts(scenario_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    render_test(partial(module(scenario_id).env, learned_fronts=2, continuous_actions=True))
 
 
 def test_modules_are_imported_either_way() -> None:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from hhrl_envs import SCENARIOS, Outcome, Scenario, stop_line_v0
+from hhrl_envs import SCENARIOS, Goal, Outcome, Scenario, stop_line_v0
 from hhrl_envs.gym_env import StopLineEnv
 from hhrl_envs.gym_registration import gym_id
 from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
@@ -19,6 +19,11 @@ EACH = pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenar
 def test_gymnasium_accepts_the_single_view(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     check_env(gymnasium.make(gym_id(scenario.id)).unwrapped)
+
+
+@EACH
+def test_gymnasium_accepts_continuous_actions(scenario: Scenario) -> None:
+    check_env(gymnasium.make(gym_id(scenario.id), continuous_actions=True).unwrapped, skip_render_check=True)
 
 
 @EACH
@@ -76,8 +81,17 @@ def test_reset_without_a_seed_goes_on_to_the_next_episode() -> None:
 
 
 @EACH
-def test_the_state_lies_in_its_space(scenario: Scenario) -> None:
-    env = StopLineParallelEnv(scenario)
-    observations, _ = env.reset(seed=1)
-    assert env.state_space.contains(env.state())
-    assert (env.state() == np.concatenate(list(observations.values()))).all()
+@pytest.mark.parametrize("fronts", [0, 1, 3])
+def test_states_and_observations_lie_in_their_spaces(scenario: Scenario, fronts: int) -> None:
+    most = 0 if scenario.goal == Goal.FOLLOW else scenario.traffic.max_fronts
+    env = StopLineParallelEnv(scenario, learned_fronts=min(fronts, most))
+    for seed in range(8):
+        observations, _ = env.reset(seed=seed)
+        assert (env.state() == np.concatenate(list(observations.values()))).all()
+        chosen = random_actions(seed, scenario.horizon, len(env.possible_agents), scenario.num_actions)
+        while env.agents:
+            levels = dict(zip(env.possible_agents, chosen[env.simulator.steps[0]].tolist(), strict=True))
+            observations = env.step({agent: levels[agent] for agent in env.agents})[0]
+            for agent, seen in observations.items():
+                assert env.observation_space(agent).contains(seen)
+            assert env.state_space.contains(env.state())

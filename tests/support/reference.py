@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from math import exp
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hhrl_envs import Outcome, Scenario
 
 
@@ -50,3 +53,53 @@ def rewards(facts: Facts, scenario: Scenario) -> tuple[float, list[float], list[
     option = [sr - unsafe_of[1 - k] - failure_of[1 - k] for k in (0, 1)]
     action = [sr - jerk - unsafe_of[k] - failure_of[k] for k in (0, 1)]
     return sr - jerk - sum(unsafe_of) - sum(failure_of), option, action
+
+
+def judge(scenario: Scenario, positions: NDArray[np.float64], speed: float, agent: int, step: int) -> Outcome:
+    """How the episode of one agent stands: in words, for a single stop-line at position 0 where it has to stop.
+
+    ``positions`` are those of all vehicles, the ego first, NaN or missing where there is none.
+    """
+    length, x = scenario.vehicle.length, positions[agent]
+    if agent + 1 < len(positions) and positions[agent + 1] - length <= x:
+        return Outcome.COLLISION
+    if x > 0.0:
+        return Outcome.NOT_STOP
+    if -x <= scenario.road.stop_zone and speed < scenario.road.stop_speed:
+        return Outcome.SUCCESS
+    if step >= scenario.horizon:
+        return Outcome.TIMEOUT
+    if agent > 0 and x - length <= positions[agent - 1]:
+        return Outcome.REAR_ENDED
+    return Outcome.RUNNING
+
+
+def braking(scenario: Scenario, position: float, speed: float, steps: int) -> list[float]:
+    """Where a vehicle that brakes fully is after 0, 1, 2, ... steps: the actuator's equations, one by one."""
+    vehicle, dt, accel = scenario.vehicle, scenario.dt, 0.0
+    grip, most = scenario.road.friction * 9.81, vehicle.jerk_limit * dt
+    positions = [position]
+    for _ in range(steps):
+        change = (vehicle.levels[0] - accel) * dt / (vehicle.lag + dt)
+        accel = max(-grip, min(grip, accel + max(-most, min(most, change))))
+        after = max(speed + accel * dt, 0.0)
+        position += (speed + after) / 2 * dt
+        accel, speed = (after - speed) / dt, after
+        positions.append(position)
+    return positions
+
+
+def feasible(scenario: Scenario, start: tuple[float, float], rears: NDArray[np.float64]) -> bool:
+    """Whether an ego that starts at (position, speed) could have stopped at the line behind these rears, step by step.
+
+    Where full braking is hit nobody could have survived; and the line has to be freed early enough to cover a safe gap,
+    a car's length and the stop zone at walking pace, as long as there was the time to see it.
+    """
+    ego = braking(scenario, *start, len(rears) - 1)
+    if any(rear <= x for rear, x in zip(rears[1:], ego[1:], strict=True)):
+        return False
+    queue = scenario.reward.safe_gap + scenario.vehicle.length + scenario.road.stop_zone
+    latest = scenario.horizon * scenario.dt - queue / 1.4
+    freed = [step * scenario.dt for step, rear in enumerate(rears) if step > 0 and rear > 0.0]
+    seen = (len(rears) - 1) * scenario.dt
+    return seen <= latest or (len(freed) > 0 and freed[0] <= latest)
