@@ -22,41 +22,51 @@ SEED, EPISODE = 0, 1
 WORLD = unsigned(0)  # purpose of the stream that a world's own streams come from
 
 
+@spliced
+def settle_row(m: Floats, s: int, r: int, fronts: int, c: Floats) -> None:
+    """Decide the feasibility of a row whose world has been drawn, if the bounds can or learned vehicles forbid it."""
+    decided = c[at.AGENTS] > 1.0 or (surely_clears(m, s, fronts, c) and surely_survives(m, s, c))
+    m[r + at.FEASIBLE], m[r + at.STEPS] = 1.0, 0.0
+    m[r + at.STATUS] = DECIDED if decided else OPEN
+
+
+@spliced
+def begin_agents(m: Floats, a: int, r: int, c: Floats) -> None:
+    """Begin the episodes of all agents of a row."""
+    m[r + at.STATUS] = BEGUN
+    for agent in range(unsigned(c[at.AGENTS])):
+        m[a + agent * at.AGENT + at.OUTCOME] = RUNNING
+        m[a + agent * at.AGENT + at.LIVE] = 0.0
+
+
 @kernel
 def begin_rows(
-    m: Floats, c: Floats, keys: Keys, counts: Floats, families: Floats, rows: int, low: int, high: int
-) -> int:
-    """Begin the episodes that are due in the blocks from low to high and return how many of them are still OPEN."""
+    m: Floats, c: Floats, keys: Keys, counts: Floats, families: Floats,
+    rows: int, special: bool | None, low: int, high: int,
+) -> int:  # fmt: skip
+    """Begin the episodes that are due in the blocks from low to high and return how many of them are still OPEN.
+
+    For ``special`` see ``stepping.advance_rows``.
+    """
     still_open = 0
     for row in range(unsigned(low * at.LANES), unsigned(min(high * at.LANES, rows))):
         s, a, r = locate(row // unsigned(at.LANES), c)
         lane = row % unsigned(at.LANES)
         if m[r + at.STATUS + lane] != BEGUN:
-            begin_row(m, s + lane, a + lane, r + lane, keys, row, c, counts, families)
+            if m[r + at.STATUS + lane] == WAITING:
+                keys[EPISODE, row] += np.uint64(1)
+                m[r + at.ATTEMPT + lane] = 0.0
+            if m[r + at.STATUS + lane] <= TO_DRAW:
+                attempt = unsigned(m[r + at.ATTEMPT + lane])
+                world = stream(keys[SEED, row], keys[EPISODE, row], attempt, WORLD)
+                fronts = draw_world(m, s + lane, r + lane, world, keys[EPISODE, row], c, counts, families, special)
+                settle_row(m, s + lane, r + lane, fronts, c)
+                if special is not None:
+                    begin_shadow(m, s + lane, r + lane)
+            if m[r + at.STATUS + lane] == DECIDED:
+                begin_agents(m, a + lane, r + lane, c)
             still_open += m[r + at.STATUS + lane] == OPEN
     return still_open
-
-
-@spliced
-def begin_row(
-    m: Floats, s: int, a: int, r: int, keys: Keys, row: int, c: Floats, counts: Floats, families: Floats
-) -> None:
-    """Bring the beginning of a row as far as it goes without driving its world ahead."""
-    if m[r + at.STATUS] == WAITING:
-        keys[EPISODE, row] += np.uint64(1)
-        m[r + at.ATTEMPT] = 0.0
-    if m[r + at.STATUS] <= TO_DRAW:
-        world = stream(keys[SEED, row], keys[EPISODE, row], unsigned(m[r + at.ATTEMPT]), WORLD)
-        fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, counts, families)
-        decided = c[at.AGENTS] > 1.0 or (surely_clears(m, s, fronts, c) and surely_survives(m, s, c))
-        m[r + at.FEASIBLE], m[r + at.STEPS] = 1.0, 0.0
-        begin_shadow(m, s, r)
-        m[r + at.STATUS] = DECIDED if decided else OPEN
-    if m[r + at.STATUS] == DECIDED:
-        m[r + at.STATUS] = BEGUN
-        for agent in range(unsigned(c[at.AGENTS])):
-            m[a + agent * at.AGENT + at.OUTCOME] = RUNNING
-            m[a + agent * at.AGENT + at.LIVE] = 0.0
 
 
 @kernel

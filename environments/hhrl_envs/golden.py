@@ -4,7 +4,7 @@ import hashlib
 
 import numpy as np
 
-from hhrl_envs.compiled import Ints
+from hhrl_envs.compiled import Ints, kernel, unsigned
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.simulator import Simulator
 from hhrl_envs.streams import stream, unit
@@ -16,8 +16,8 @@ def trajectory_digest(scenario: Scenario) -> str:
     """Return the SHA-256 of all observations, reward terms, rewards and outcomes of fixed rows under fixed actions.
 
     32 rows (seeds 1000 to 1031) run for 400 steps with auto-reset; every agent holds a random level for 8 steps. The
-    scenario's own number of front vehicles are agents too. One bit of physics, reward or observation that differs
-    gives another digest.
+    scenario's own number of front vehicles are agents too. One bit of what is handed out that differs gives another
+    digest; observations are float32, so a smaller change of the physics may take longer to show.
     """
     simulator = Simulator(scenario, ROWS, learned_fronts=scenario.learned_fronts or 0)
     simulator.reset(np.arange(ROWS) + 1000)
@@ -37,7 +37,15 @@ def trajectory_digest(scenario: Scenario) -> str:
 
 def _actions(step: int, levels: int, agents: int) -> Ints:
     """Return levels, int64 [ROWS], or [ROWS, agents] for several agents."""
-    drawn = np.empty((ROWS, agents), np.int64)
-    for row, agent in np.ndindex(ROWS, agents):
-        drawn[row, agent] = unit(np.uint64(stream(np.uint64(row), step, agent, 0)), 0) * levels
+    drawn = _draw(step, levels, agents)
     return drawn[:, 0] if agents == 1 else drawn
+
+
+@kernel
+def _draw(step: int, levels: int, agents: int) -> Ints:
+    drawn = np.empty((ROWS, agents), np.int64)
+    for row in range(ROWS):
+        for agent in range(agents):
+            key = stream(unsigned(row), unsigned(step), unsigned(agent), unsigned(0))
+            drawn[row, agent] = int(unit(key, unsigned(0)) * levels)
+    return drawn

@@ -22,7 +22,7 @@ sub-goals, k- stands for all the others.
 """
 
 from hhrl_envs import layout as at
-from hhrl_envs.compiled import Floats, inner, kernel
+from hhrl_envs.compiled import Floats, inner
 from hhrl_envs.outcomes import COLLISION as COLLIDED
 from hhrl_envs.outcomes import NOT_STOP as RAN_LINE
 from hhrl_envs.outcomes import SUCCESS as SUCCEEDED
@@ -31,7 +31,7 @@ from hhrl_envs.outcomes import TIMEOUT as TIMED_OUT
 TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = range(at.TERMS_SIZE)
 
 
-@kernel
+@inner
 def unsafe_exp(x: float) -> float:
     """Return exp(x) for x clipped to [0, 1], by the Taylor series of exp(x/4) raised to the fourth power.
 

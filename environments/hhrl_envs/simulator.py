@@ -216,7 +216,7 @@ class Simulator:
 
     def _begin(self) -> None:
         for _ in range(MAX_ATTEMPTS):
-            if not self._each_slice(begin_rows, self._keys, *self._tables, self.num_rows):
+            if not self._each_slice(begin_rows, self._keys, *self._tables, self.num_rows, self._special):
                 return
             self._each_slice(decide_rows, self.num_rows)
         hint = "widen its gaps or set feasible_only=False"

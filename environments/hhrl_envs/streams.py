@@ -7,7 +7,7 @@ generators.
 
 import numpy as np
 
-from hhrl_envs.compiled import inner, kernel, unsigned
+from hhrl_envs.compiled import inner, unsigned
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -25,20 +25,20 @@ def absorb(key: np.uint64, part: np.uint64) -> np.uint64:
     return z ^ (z >> _S31)
 
 
-@kernel
+@inner
 def stream(seed: np.uint64 | int, episode: np.uint64 | int, vehicle: int, purpose: int) -> np.uint64:
     """Return the 64-bit key of one named stream."""
     key = absorb(absorb(_GOLDEN, np.uint64(seed)), np.uint64(episode))
     return absorb(absorb(key, np.uint64(vehicle)), np.uint64(purpose))
 
 
-@kernel
+@inner
 def unit(key: np.uint64, index: int) -> float:
     """Return draw ``index`` of a stream, uniform in [0, 1)."""
     return np.float64(absorb(key, np.uint64(index)) >> _S11) * _TO_UNIT
 
 
-@kernel
+@inner
 def between(key: np.uint64, index: int, low: float, high: float) -> float:
     """Return draw ``index`` of a stream, uniform in [low, high)."""
     return low + (high - low) * unit(key, index)

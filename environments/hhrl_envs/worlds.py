@@ -69,7 +69,9 @@ def send_away(m: Floats, s: int, slot: int) -> None:
 
 
 @inner
-def place_vehicles(m: Floats, s: int, fronts: int, world: np.uint64, episode: np.uint64, c: Floats) -> None:
+def place_vehicles(
+    m: Floats, s: int, fronts: int, world: np.uint64, episode: np.uint64, c: Floats, special: bool | None
+) -> None:
     """Draw positions and speeds, the ego first; a speed is bounded so that no front vehicle starts in an emergency."""
     for k in range(fronts + 1):
         key, here = stream(world, episode, unsigned(k), START), s + unsigned(k) * at.VEHICLE
@@ -79,7 +81,8 @@ def place_vehicles(m: Floats, s: int, fronts: int, world: np.uint64, episode: np
         low = c[at.START_SPEED_LOW] if k == 0 else c[at.FRONT_SPEED_LOW]
         high = c[at.START_SPEED_HIGH] if k == 0 else c[at.FRONT_SPEED_HIGH]
         m[here + at.SPEED] = between(key, SECOND, low, high)
-    move_back(m, s, fronts, c)
+    if special is not None:
+        move_back(m, s, fronts, c)
     for k in range(fronts - 1, 0, -1):
         here = s + unsigned(k) * at.VEHICLE
         gap = m[here + at.VEHICLE + at.POSITION] - c[at.LENGTH] - m[here + at.POSITION]
@@ -130,12 +133,13 @@ def settle(m: Floats, s: int, c: Floats) -> None:
 
 @inner
 def draw_world(
-    m: Floats, s: int, r: int, world: np.uint64, episode: np.uint64, c: Floats, counts: Floats, families: Floats
-) -> int:
+    m: Floats, s: int, r: int, world: np.uint64, episode: np.uint64, c: Floats, counts: Floats, families: Floats,
+    special: bool | None,
+) -> int:  # fmt: skip
     """Draw the world of one row and return its number of front vehicles.
 
     ``s`` and ``r`` are the records of its ego and of its block's rows, plus its lane; ``world`` is the key of seed,
-    episode and attempt.
+    episode and attempt. For ``special`` see ``stepping.advance_rows``.
     """
     draw, fronts = unit(stream(world, episode, EGO, COUNT), FIRST), int(c[at.AGENTS]) - 1
     draw = counts[fronts - 1] + (1.0 - counts[fronts - 1]) * draw if fronts > 0 else draw
@@ -146,7 +150,7 @@ def draw_world(
         clear_state(m, here)
         if k > fronts:
             send_away(m, here, k)
-    place_vehicles(m, s, fronts, world, episode, c)
+    place_vehicles(m, s, fronts, world, episode, c, special)
     for k in range(1, fronts + 1):
         here = s + unsigned(k) * at.VEHICLE
         draw_profile(m, here, stream(world, episode, unsigned(k), PROFILE), families)

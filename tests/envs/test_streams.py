@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hhrl_envs.streams import between, stream, unit
+from support.draws import between, stream, unit
 
 SEEDS = st.integers(0, 2**64 - 1)
 

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hhrl_envs import Outcome, Scenario, Simulator
-from hhrl_envs.streams import stream, unit
+from support.draws import stream, unit
 
 HELD = 6
 
 
 def chosen_level(seed: int, episode: int, step: int, agent: int, levels: int) -> int:
     """The level that an agent takes: a pure function of where it is, so that it is the same in every batch."""
-    held = stream(np.uint64(seed), np.uint64(episode), step // HELD, agent)
+    held = stream(np.uint64(seed), episode, step // HELD, agent)
     draw = unit(np.uint64(held), 0)
     return levels - 1 if draw < 0.2 else int(draw * levels)
 
