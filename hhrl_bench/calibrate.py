@@ -13,7 +13,7 @@ from hhrl_bench.records import SCHEMA_VERSION, Record
 from hhrl_bench.tasks import TEST
 from hhrl_envs import Scenario, get_scenario
 
-FIT_EPISODES = 400
+FIT_EPISODES = 1_200
 PARAMETERS, RESIDUALS, PAGE = "parameters.json", "residuals.json", "residuals.md"
 
 
