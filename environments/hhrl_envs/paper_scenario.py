@@ -15,24 +15,24 @@ from hhrl_envs.scenario import Reward, Road, Scenario, Traffic, Vehicle
 
 _ORDINARY = ProfileFamily(
     "ordinary",
-    0.24,
-    desired_speed=(10.5, 12.0),
-    max_accel=(1.7, 2.2),
-    dwell=(0.7, 4.0),
+    0.29,
+    desired_speed=(7.5, 8.0),
+    max_accel=(2.5, 3.0),
+    dwell=(3.6, 3.9),
 )
-_ABRUPT = replace(_ORDINARY, name="abrupt", weight=0.53, line_decel=(6.2, 7.2), stop_position=(1.0, 7.0))
-_PAST_THE_LINE = replace(_ORDINARY, name="past-the-line", weight=0.23, stop_position=(-4.0, -0.5))
+_ABRUPT = replace(_ORDINARY, name="abrupt", weight=0.52, line_decel=(6.4, 7.4), stop_position=(1.0, 7.0))
+_PAST_THE_LINE = replace(_ORDINARY, name="past-the-line", weight=0.19, stop_position=(-4.0, -1.1))
 
 STOP_LINE_PAPER = Scenario(
     id="stop-line-paper-v0",
     traffic=Traffic(
         families=(_ORDINARY, _ABRUPT, _PAST_THE_LINE),
-        count_shares=(0.1, 0.59, 0.31),
-        gap=(6.0, 12.0),
-        speed=(7.5, 10.0),
+        count_shares=(0.09, 0.75, 0.16),
+        gap=(4.5, 12.0),
+        speed=(8.0, 10.0),
     ),
-    vehicle=Vehicle(lag=0.9, jerk_limit=3.0, max_decel=7.5),
-    road=Road(speed_limit=13.5, start_distance=(44.0, 49.0), start_speed=(5.5, 10.0)),
-    reward=Reward(jerk_threshold=22.5, safe_gap=1.8),
+    vehicle=Vehicle(lag=1.35, max_decel=4.9),
+    road=Road(speed_limit=12.5, start_distance=(33.0, 43.0), start_speed=(6.5, 9.0)),
+    reward=Reward(jerk_threshold=21.4, safe_gap=1.1),
 )
 """The outcome rates of Rules 1 to 4 lie within the 95% intervals of Table I's 100 cases here."""

@@ -5,7 +5,7 @@ from hhrl_envs.golden import trajectory_digest
 
 GOLDEN = {
     "stop-line-v0": "ffbf605cf3975248f2669a63c5a8efb2396c7dbe376bd9373e1fb424971ec2ea",
-    "stop-line-paper-v0": "a6a6982a971e5022f84e6ae5a1e4498be9e20f0f623c5b53fe60bad5c1222681",
+    "stop-line-paper-v0": "e53e1f333c3e16123c0c124de2abebe0d49e029590d674b7c21d5ce5a85d4f5f",
     "stop-line-heldout-v0": "32d9151bd95da9fb1c1f9eed12fbf80cba571c753171fe16ccd6d8092721dfb9",
     "stop-line-dense-v0": "be86001e3924d1c571c6d6390eafb7ad881fb56e9a69503ca50cb99d09e3983b",
     "stop-line-erratic-v0": "3bb7de788142f675830f5fae2770d496d5645744f7c9b573b116af5ffc25f315",
