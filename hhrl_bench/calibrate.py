@@ -17,14 +17,15 @@ FIT_EPISODES = 1_200
 PARAMETERS, RESIDUALS, PAGE = "parameters.json", "residuals.json", "residuals.md"
 
 
-def search(seed: int, generations: int, episodes: int, folder: Path, update: Update) -> ResidualsRecord:
-    """Return the residuals of the best world found; write its parameters and its residuals into ``folder``.
+def search(seed: int, generations: int, episodes: int, folder: Path | None, update: Update) -> ResidualsRecord:
+    """Return the residuals of the best world found; write its parameters and its residuals into the folder, if any.
 
     Raises:
         SeedError, OutputError: before the search, if its outcome could not be scored or written.
     """
     TEST.take(episodes)
-    require_writable(folder / PARAMETERS)
+    if folder is not None:
+        require_writable(folder / PARAMETERS)
     command = f"hhrl-bench calibrate --seed {seed} --generations {generations}"
     found = fit(seed, generations, FIT_EPISODES, update)
     scenario = space.build(found.parameters)
@@ -40,22 +41,25 @@ def search(seed: int, generations: int, episodes: int, folder: Path, update: Upd
         parameters=found.parameters,
         provenance=provenance(command, {}),
     )
-    _write(record, folder / PARAMETERS)
+    if folder is not None:
+        _write(record, folder / PARAMETERS)
     return _publish(scenario, episodes, folder, f"{command} --episodes {episodes}")
 
 
-def check(episodes: int, folder: Path) -> ResidualsRecord:
-    """Return the residuals of the registered world; write them into ``folder``."""
+def check(episodes: int, folder: Path | None) -> ResidualsRecord:
+    """Return the residuals of the registered world; write them into the folder, if any."""
     return _publish(
         get_scenario(space.SCENARIO_ID), episodes, folder, f"hhrl-bench calibrate --check --episodes {episodes}"
     )
 
 
-def _publish(scenario: Scenario, episodes: int, folder: Path, command: str) -> ResidualsRecord:
-    require_writable(folder / RESIDUALS)
+def _publish(scenario: Scenario, episodes: int, folder: Path | None, command: str) -> ResidualsRecord:
+    if folder is not None:
+        require_writable(folder / RESIDUALS)
     record = residuals.measure(scenario, episodes, command)
-    _write(record, folder / RESIDUALS)
-    write_atomically(folder / PAGE, residuals.markdown(record))
+    if folder is not None:
+        _write(record, folder / RESIDUALS)
+        write_atomically(folder / PAGE, residuals.markdown(record))
     return record
 
 

@@ -150,10 +150,10 @@ def _calibrate(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
     generations: Annotated[int, typer.Option(min=1, help="Generations of the search.")] = 70,
     episodes: Annotated[int, typer.Option(help="How many test episodes to score the outcome on.")] = 10_000,
-    out: Annotated[Path, typer.Option(help="Folder of what is written.")] = Path("leaderboards/calibration"),
+    out: Annotated[Path | None, typer.Option(help="Folder to write the parameters and residuals into.")] = None,
     check: Annotated[bool, typer.Option("--check", help="Do not search: score the registered scenario.")] = False,
 ) -> None:
-    """Fit a world to the paper's Table I and publish what is left; exit code 1 if a bar does not hold."""
+    """Fit a world to the paper's Table I and print what is left; exit code 1 if an outcome leaves its interval."""
     held = _commands().calibrate(seed, generations, episodes, out, check=check)
     raise typer.Exit(0 if held else 1)
 

@@ -106,13 +106,16 @@ def run(suite_id: str, out: Path | None) -> None:
             results.append(timed)
             update(len(results), total, f"{timed.result.agent}: success {timed.result.metrics.success.mean:.1%}")
     board = leaderboard.build(suite, results, f"hhrl-bench run --suite {suite.id}")
-    leaderboard.write(board, path)
+    written = leaderboard.write(board, path)
     _print_leaderboard(board)
-    typer.echo(f"wrote {path}", err=True)
+    typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
 
 
-def calibrate(seed: int, generations: int, episodes: int, out: Path, *, check: bool) -> bool:
-    """Return whether all bars hold in the world found, with ``check`` in the registered one; write and print it."""
+def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, check: bool) -> bool:
+    """Return whether all bars hold in the world found, with ``check`` in the registered one; print it.
+
+    With ``out`` parameters and residuals are written into that folder.
+    """
     from hhrl_bench import calibrate as calibration  # noqa: PLC0415
     from hhrl_bench.residuals import markdown  # noqa: PLC0415
 
@@ -122,7 +125,8 @@ def calibrate(seed: int, generations: int, episodes: int, out: Path, *, check: b
         with progress(f"calibration, seed {seed}") as update:
             record = calibration.search(seed, generations, episodes, out, update)
     typer.echo(markdown(record))
-    typer.echo(f"wrote {out}", err=True)
+    if out is not None:
+        typer.echo(f"wrote {out}", err=True)
     return record.holds
 
 

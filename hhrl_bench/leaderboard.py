@@ -53,14 +53,16 @@ def build(suite: Suite, results: list[TimedResult], command: str) -> Leaderboard
     )
 
 
-def write(leaderboard: LeaderboardRecord, path: Path) -> None:
-    """Return nothing; write the leaderboard as JSON, whole or not at all.
+def write(leaderboard: LeaderboardRecord, path: Path) -> bool:
+    """Return whether the leaderboard was written as JSON, whole or not at all.
 
     A file that says the same but for its provenance is left as it is: what ran first stays on record, and repeating a
     published run changes no file.
     """
-    if not _says(path, leaderboard):
-        write_atomically(path, leaderboard.model_dump_json(indent=2) + "\n")
+    if _says(path, leaderboard):
+        return False
+    write_atomically(path, leaderboard.model_dump_json(indent=2) + "\n")
+    return True
 
 
 def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:

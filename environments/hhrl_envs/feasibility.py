@@ -3,7 +3,8 @@
 Scripted vehicles never react to the ego behind them, so full braking minimises the ego's position at every time: if it
 collides, the collision is unavoidable. Success also needs the nearest front vehicle to leave the goal's place early
 enough to cover the last metres of a queue at walking pace before the time limit. Both are decided by driving the world
-ahead, unless cheap bounds have decided already.
+ahead, unless cheap bounds have decided already. Where the goal is a stop, full braking must also stand before the first
+line, and a signal must turn green in time.
 
 Learned front vehicles may react to the ego, so their worlds cannot be driven ahead. There a shadow ego that brakes
 fully runs along with the episode, and the verdict is known when the ego's episode ends.
@@ -53,9 +54,15 @@ def surely_clears(m: Floats, s: int, fronts: int, c: Floats) -> bool:
 
 @inner
 def surely_survives(m: Floats, s: int, c: Floats) -> bool:
-    """Return True where full braking stands before the place where the front vehicle is now; False says nothing."""
-    rear = m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH]
-    return bool(m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c) < rear)
+    """Return True where full braking stands before the line and before where the front vehicle is now.
+
+    False says nothing.
+    """
+    rear, stands = (
+        m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH],
+        m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c),
+    )
+    return bool((stands < rear) & (stands <= farthest(c)))
 
 
 @inner
@@ -67,15 +74,27 @@ def goal_place(c: Floats) -> float:
 
 
 @inner
+def is_green(m: Floats, r: int, c: Floats) -> bool:
+    """Return whether no red light keeps the row ``r``, a record plus a lane, from the goal."""
+    return bool((c[at.SIGNAL] == 0.0) | (m[r + at.STEPS] * c[at.DT] >= m[r + at.GREEN_AT]))
+
+
+@inner
+def farthest(c: Floats) -> float:
+    """Return the position that full braking must not pass."""
+    return float(c[at.FIRST_LINE] if c[at.GOAL] == STOP else FAR)
+
+
+@inner
 def verdict(m: Floats, s: int, r: int, c: Floats) -> float:
     """Return 1.0 if the row's episode has proved feasible, 0.0 if infeasible, -1.0 if that is still open.
 
     The row, of which ``s`` and ``r`` are the records plus its lane, is being driven ahead under full braking.
     """
     ego, rear = m[s + at.POSITION], m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH]
-    if (rear <= ego) | (m[r + at.STEPS] >= c[at.HORIZON]):
+    if (rear <= ego) | (ego > farthest(c)) | (m[r + at.STEPS] >= c[at.HORIZON]):
         return 0.0
-    if (rear > goal_place(c)) & (m[s + at.SPEED] == 0.0):
+    if (rear > goal_place(c)) & (m[s + at.SPEED] == 0.0) & is_green(m, r, c):
         return 1.0 if m[r + at.STEPS] * c[at.DT] <= c[at.CLEAR_BY] else 0.0
     return -1.0
 
@@ -105,8 +124,9 @@ def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> No
         m[r + at.SHADOW_POSITION + i] += 0.5 * (speed + moved) * dt
         m[r + at.SHADOW_SPEED + i], m[r + at.SHADOW_ACCEL + i] = moved, (moved - speed) * per_dt
         rear, time = m[s + at.VEHICLE + at.POSITION + i] - c[at.LENGTH], m[r + at.STEPS + i] * dt
-        if (rear > place) & (time <= c[at.CLEAR_BY]):
+        if (rear > place) & (time <= c[at.CLEAR_BY]) & is_green(m, r + i, c):
             m[r + at.CLEARED + i] = 1.0
         hopeless = (time > c[at.CLEAR_BY]) & (m[r + at.CLEARED + i] == 0.0)
-        if (m[a + at.LIVE + i] != 0.0) & ((rear <= m[r + at.SHADOW_POSITION + i]) | hopeless):
+        shadow = m[r + at.SHADOW_POSITION + i]
+        if (m[a + at.LIVE + i] != 0.0) & ((rear <= shadow) | (shadow > farthest(c)) | hopeless):
             m[r + at.FEASIBLE + i] = 0.0

@@ -10,7 +10,7 @@
 | 5 | a_f | m/s^2 | 1/8 | - | acceleration of the front vehicle; 0 if none is in range |
 | 6 | d_fc | m | 1/64 | - | d_f - d_fs, with d_fs = max((v_e^2 - v_f^2) / (2 a_max), d_0) |
 | 7 | d_fc/d_fs | 1 | 1/4 | [-1, 10] | the same as a share of the safety distance |
-| 8 | d_d | m | 1/64 | - | distance to the active stop-line, negative past it; 100 m if there is none |
+| 8 | d_d | m | 1/64 | up to 100 m | distance to the active stop-line, negative past it; 100 m if there is none |
 | 9 | d_dc | m | 1/64 | - | d_d - d_ds, with d_ds = v_e^2 / (2 a_max) |
 | 10 | d_dc/d_ds | 1 | 1/4 | [-1, 10] | the same as a share of the stopping distance, floored at 0.5 m |
 

@@ -8,13 +8,14 @@ whoever else is in it.
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
 from hhrl_envs import observation
+from hhrl_envs.arguments import as_count, as_learned_fronts, as_scenario
 from hhrl_envs.beginning import BEGUN, EPISODE, SEED, begin_rows, decide_rows
 from hhrl_envs.blurring import blur_rows
 from hhrl_envs.compiled import Codes, Flags, Floats, Floats32, Ints, Keys
@@ -55,10 +56,13 @@ class Simulator:
     keeps its outcome and earns nothing until the row's next episode begins.
     """
 
-    def __init__(self, scenario: Scenario, num_rows: int, threads: int = 1, learned_fronts: int = 0) -> None:
-        for name, value in (("num_rows", num_rows), ("threads", threads)):
-            require_value(value >= 1, name, value, f"a number of {name.removeprefix('num_')}, at least 1")
-        scenario.require_fronts(learned_fronts)
+    def __init__(self, scenario: Scenario | str, num_rows: int, threads: int = 1, learned_fronts: int = 0) -> None:
+        scenario, num_rows, threads = (
+            as_scenario(scenario),
+            as_count(num_rows, "num_rows"),
+            as_count(threads, "threads"),
+        )
+        learned_fronts = as_learned_fronts(learned_fronts, scenario)
         self.scenario, self.num_rows, self.num_agents = scenario, num_rows, 1 + learned_fronts
         self._memory = Memory(num_rows, scenario.num_vehicles + 1, self.num_agents)
         self._numbers, self._constants = self._memory.numbers, scenario.constants(self.num_agents)
@@ -76,6 +80,7 @@ class Simulator:
     @property
     def observations(self) -> Floats32:
         """Scaled observations, float32 [B, 11]; see ``hhrl_envs.observation``."""
+        self._require_reset()
         return self.raw_observations[:, 0].T
 
     @property
@@ -86,22 +91,26 @@ class Simulator:
     @property
     def rewards(self) -> Floats:
         """r^task, float64 [B]."""
+        self._require_reset()
         rewards: Floats = self.raw_results[0, 0]
         return rewards
 
     @property
     def reward_option(self) -> Floats:
         """r^option if option k is the selected one, float64 [B, 2]."""
+        self._require_reset()
         return self.raw_results[1:3, 0].T
 
     @property
     def reward_action(self) -> Floats:
         """r^action if option k is the selected one, float64 [B, 2]."""
+        self._require_reset()
         return self.raw_results[3:5, 0].T
 
     @property
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
+        self._require_reset()
         outcomes: Codes = self.raw_results[5, 0].astype(np.int8)
         return outcomes
 
@@ -121,6 +130,8 @@ class Simulator:
 
     def of_agent(self, agent: int) -> Results:
         """Return the results of one agent: 0 is the ego, k the learned front vehicle in slot k."""
+        self._require_reset()
+        _require_index("agent", agent, self.num_agents)
         results = self.raw_results[:, agent]
         outcomes = results[5].astype(np.int8)
         return Results(self.raw_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes)
@@ -141,6 +152,8 @@ class Simulator:
     def next_episode(self, chosen: Flags | None = None) -> None:
         """Put the chosen rows, bool [B], at the start of the next episode of their seeds; None chooses all."""
         self._require_reset()
+        if chosen is not None:
+            _require_mask(chosen, self.num_rows)
         if chosen is None:
             self._memory.write_row(at.STATUS, WAITING)
         elif chosen.any():
@@ -181,23 +194,29 @@ class Simulator:
         Slot 0 is the ego, slot k its k-th front vehicle; vehicles that the episode does not have are NaN. A position is
         that of the front bumper, 0 at the first stop-line and negative before it.
         """
-        picked = self._memory.vehicles(row)[:-1, :3].copy()
+        picked = self._vehicles(row)[:-1, :3].copy()
         picked[picked[:, 0] > 0.5 * at.FAR] = np.nan
         return picked
 
     def active_line(self, row: int) -> float:
         """Return the position of the ego's active stop-line in one row, in metres; ``layout.FAR`` if there is none."""
-        return float(self._memory.vehicles(row)[0, int(at.LINE) // at.STRIDE])
+        return float(self._vehicles(row)[0, int(at.LINE) // at.STRIDE])
 
     def profiles(self, row: int) -> list[dict[str, float | str]]:
         """Return the behaviour profiles of the front vehicles of one row, nearest first."""
-        fronts, first = self._memory.vehicles(row)[1:-1].tolist(), int(at.PROFILE) // at.STRIDE
+        fronts, first = self._vehicles(row)[1:-1].tolist(), int(at.PROFILE) // at.STRIDE
         families = self.scenario.traffic.families
         return [describe(front[first:], families) for front in fronts if front[0] < 0.5 * at.FAR]
 
     def key(self, row: int) -> tuple[int, int]:
         """Return (seed, episode) of one row."""
+        _require_index("row", row, self.num_rows)
         return int(self._keys[SEED, row]), int(self._keys[EPISODE, row])
+
+    def _vehicles(self, row: int) -> Floats:
+        self._require_reset()
+        _require_index("row", row, self.num_rows)
+        return self._memory.vehicles(row)
 
     def _show(self, moving: bool) -> None:
         """Hand out fresh results: ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [6, A, B]."""
@@ -240,7 +259,9 @@ class Simulator:
         bad = aim(self._numbers, self._constants, chosen, self._levels)
         if bad >= 0:
             levels = f"write 0 to {self.scenario.num_actions - 1}"
-            raise InputError(f"action {chosen.ravel()[bad]} is not a level of {self.scenario.id!r}; {levels}")
+            agent, row = divmod(bad, self.num_rows)
+            action = given[row] if self.num_agents == 1 else given[row, agent]
+            raise InputError(f"action {action} is not a level of {self.scenario.id!r}; {levels}")
 
     def _aim_at(self, accelerations: Floats) -> None:
         low, high = self._levels[0], self._levels[-1]
@@ -252,6 +273,16 @@ class Simulator:
     def _require_reset(self) -> None:
         if not self._ready:
             raise InputError("the simulator has no episode yet; call reset(seeds) first")
+
+
+def _require_index(name: str, value: Any, count: int) -> None:
+    known = isinstance(value, (int, np.integer)) and bool(0 <= value < count)
+    require_value(known, name, value, f"0 to {count - 1}")
+
+
+def _require_mask(chosen: Any, rows: int) -> None:
+    known = isinstance(chosen, np.ndarray) and chosen.dtype == np.bool_ and chosen.shape == (rows,)
+    require_value(known, "chosen", chosen, f"an array of {rows} truth values")
 
 
 def _as_keys(seeds: ArrayLike, num_rows: int) -> Keys:

@@ -72,7 +72,7 @@ def reset_info(simulator: Simulator, row: int) -> Info:
     seed, episode = simulator.key(row)
     return {
         "profiles": simulator.profiles(row),
-        "feasible": bool(simulator.feasible[row]),
+        "feasible": bool(simulator.feasible[row]) if simulator.num_agents == 1 else None,
         "option_mask": np.array(simulator.scenario.option_mask),
         "seed": seed,
         "episode": episode,
