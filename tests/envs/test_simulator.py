@@ -1,4 +1,4 @@
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -233,3 +233,35 @@ def test_the_unsafe_exponential_is_exact_to_the_last_bits() -> None:
     x = np.linspace(0.0, 1.0, 2001)
     ours = unsafe_exps(x)
     np.testing.assert_allclose(ours, np.exp(x), rtol=2e-15)
+
+
+@pytest.mark.parametrize(
+    ("misuse", "words"),
+    [
+        (lambda s: s.vehicles(3), "row is 3; write 0 to 2"),
+        (lambda s: s.active_line(-1), "row is -1"),
+        (lambda s: s.profiles(99), "row is 99"),
+        (lambda s: s.key(-1), "row is -1"),
+        (lambda s: s.of_agent(1), "agent is 1; write 0 to 0"),
+        (lambda s: s.next_episode([True] * 3), "chosen is"),
+        (lambda s: s.next_episode(np.ones(2, np.bool_)), "3 truth values"),
+        (lambda s: s.step(np.array([0, 2**63, 0], np.uint64)), "action 9223372036854775808"),
+    ],
+)
+def test_rows_agents_and_masks_that_are_not_there_are_named(misuse: Callable[[Simulator], object], words: str) -> None:
+    simulator = Simulator("stop-line-v0", 3)
+    with pytest.raises(InputError, match="reset"):
+        simulator.observations  # noqa: B018
+    with pytest.raises(InputError, match="reset"):
+        simulator.vehicles(0)
+    simulator.reset(np.arange(3))
+    with pytest.raises(InputError, match=words):
+        misuse(simulator)
+
+
+@pytest.mark.parametrize(
+    "arguments", [("stop-line-v9", 3), ("stop-line-v0", 1.5), ("stop-line-v0", 3, "2"), (MAIN, 3, 1, 9)]
+)
+def test_simulators_that_cannot_be_are_refused(arguments: tuple[Any, ...]) -> None:
+    with pytest.raises(InputError):
+        Simulator(*arguments)

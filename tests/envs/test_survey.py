@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hhrl_envs import Road, Simulator, Traffic, get_scenario
+from hhrl_envs import Road, Signal, Simulator, Traffic, get_scenario
 from hhrl_envs.survey import feasible_share
 
 MAIN = get_scenario("stop-line-v0")
@@ -23,3 +23,13 @@ def test_rejected_worlds_count() -> None:
 
 def test_a_road_without_traffic_is_always_feasible() -> None:
     assert feasible_share(get_scenario("solo-stop-v0"), 200) == 1.0
+
+
+def test_who_cannot_stop_before_the_line_cannot_succeed() -> None:
+    ice = replace(MAIN, road=Road(friction=0.01, start_speed=(8.0, 10.0)))
+    assert feasible_share(ice, 200) == 0.0
+
+
+def test_a_light_that_stays_red_leaves_no_time() -> None:
+    red = get_scenario("red-light-v0")
+    assert feasible_share(replace(red, signal=Signal((100.0, 100.0))), 200) == 0.0
