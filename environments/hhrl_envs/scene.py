@@ -63,6 +63,7 @@ def picture(moment: Moment) -> NDArray[np.uint8]:
     _draw_road(canvas, moment)
     for slot in reversed(range(len(moment.vehicles))):
         _draw_vehicle(canvas, moment, slot)
+    _draw_speeds(canvas, moment)
     _draw_distances(canvas, moment)
     draw_header(canvas, moment)
     _draw_read_out(canvas, moment)
@@ -82,7 +83,7 @@ def _x(moment: Moment, position: float) -> float:
     """Return the pixel column of a position: ego and active line are in view, and the road stands still if it can."""
     ego, lines = float(moment.vehicles[0, 0]), moment.scenario.road.lines
     ahead = moment.line if moment.line is not None else lines[-1] if lines else inf
-    left = max(min(ego - 13.0, ahead - 97.0), ego - (0.6 if moment.line is None else 0.9) * _VIEW)
+    left = max(min(ego - 21.0, ahead - 97.0), ego - (0.6 if moment.line is None else 0.9) * _VIEW)
     return (position - left) * _SCALE
 
 
@@ -117,20 +118,27 @@ def _draw_line(canvas: Canvas, moment: Moment, line: float, half: float) -> None
 
 
 def _draw_vehicle(canvas: Canvas, moment: Moment, slot: int) -> None:
-    position, speed, accel = (float(value) for value in moment.vehicles[slot])
-    front, length = _x(moment, position), moment.scenario.vehicle.length * _SCALE
-    if isnan(position) or front < 0 or front - length > WIDTH:
+    accel, length = float(moment.vehicles[slot, 2]), moment.scenario.vehicle.length * _SCALE
+    front = _x(moment, float(moment.vehicles[slot, 0]))
+    if isnan(front) or front < 0 or front - length > WIDTH:
         return
     if slot == 1 and moment.option is Option.FFV:
         canvas.rect(front - length - 4, _ROAD_Y - _CAR / 2 * _SCALE - 4, length + 8, _CAR * _SCALE + 8, GREEN, radius=8)
     colour = BLUE if slot == 0 else mix(BLUE, PALE, 0.45) if slot < moment.agents else PALE
     _draw_car(canvas, front, length, colour, braking=accel < _BRAKING)
-    if slot == 0:
-        canvas.text(front, _ROAD_Y - 37, f"ego {speed:.1f} m/s", 18, BLUE, "r")
-    else:
+
+
+def _draw_speeds(canvas: Canvas, moment: Moment) -> None:
+    """Write every vehicle's speed above it, or beside that of the vehicle behind where they are too near."""
+    edge, y = _x(moment, float(moment.vehicles[0, 0])), _ROAD_Y - 37
+    canvas.text(edge, y, f"ego {moment.vehicles[0, 1]:.1f} m/s", 18, BLUE, "r")
+    for slot in range(1, len(moment.vehicles)):
+        rear = _x(moment, float(moment.vehicles[slot, 0]) - moment.scenario.vehicle.length)
+        if isnan(rear) or rear > WIDTH:
+            return
         name = f"front_{slot} " if slot < moment.agents else ""
-        clear_of_ego = _x(moment, float(moment.vehicles[0, 0])) + 8
-        canvas.text(max(front - length, clear_of_ego), _ROAD_Y - 37, f"{name}{speed:.1f}", 18, INK)
+        left = max(rear, edge + 8)
+        edge = left + canvas.text(left, y, f"{name}{moment.vehicles[slot, 1]:.1f}", 18, INK)
 
 
 def _draw_car(canvas: Canvas, front: float, length: float, colour: Colour, braking: bool) -> None:
