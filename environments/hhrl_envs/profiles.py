@@ -94,7 +94,7 @@ class ProfileFamily:
             weight=positive(1e6, "a number"),
             **ranges,
             slow_chance=number(0.0, 1.0, "a share"),
-            styles=shares(3, 3, f"three numbers for {', '.join(STYLES)}"),
+            styles=shares(3, 3, f"the three shares of {', '.join(STYLES)}"),
         )
 
 

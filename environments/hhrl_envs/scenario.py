@@ -96,8 +96,8 @@ class Road:
             start_speed=interval(0.0, 100.0, "m/s"),
         )
         before, slow = self.stop_zone <= self.start_distance[0], self.start_speed[1] <= self.speed_limit
-        agree(self, before, "start_distance", "stop_zone", write="a start_distance that begins at stop_zone or beyond")
-        agree(self, slow, "start_speed", "speed_limit", write="a start_speed that ends at speed_limit or below")
+        agree(self, before, "start_distance", "stop_zone", write="a start_distance of at least stop_zone")
+        agree(self, slow, "start_speed", "speed_limit", write="a start_speed of at most speed_limit")
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ def positive(high: float, unit: str) -> Rule:
 
 def integer(low: int, high: int, unit: str) -> Rule:
     """Return the rule of an integer within [low, high]."""
-    return Rule(lambda value: is_integer(value) and low <= value <= high, f"{unit}, an integer from {low} to {high}")
+    return Rule(lambda value: is_integer(value) and low <= value <= high, f"an integer from {low} to {high} ({unit})")
 
 
 def flag() -> Rule:
@@ -88,7 +88,7 @@ def ascending(least: int, most: int, low: float, high: float, allowed: str) -> R
 
 def shares(least: int, most: int, allowed: str) -> Rule:
     """Return the rule of a tuple of ``least`` to ``most`` shares that add up to 1."""
-    known = f"a tuple of {allowed}, shares that add up to 1"
+    known = f"a tuple of {allowed}, which add up to 1"
     return Rule(lambda value: _numbers(value, least, most, 0.0, 1.0) and abs(sum(value) - 1.0) < 1e-9, known)
 
 

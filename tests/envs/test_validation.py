@@ -1,4 +1,4 @@
-"""Every bad value of a scenario or of its parts is one line that names the field, the value and what to write instead."""
+"""A bad value of a scenario or of its parts is one line that names the field, the value and what to write instead."""
 
 from collections.abc import Callable
 from dataclasses import fields, replace
@@ -26,6 +26,7 @@ from hhrl_envs.parallel_env import StopLineParallelEnv
 MAIN = get_scenario("stop-line-v0")
 FAMILY = MAIN.traffic.families[0]
 NAN, INF = float("nan"), float("inf")
+PARTS = ("traffic", "vehicle", "road", "sensor", "reward", "band")
 WHOLE: dict[str, Any] = {
     part.__class__.__name__: part
     for part in (
@@ -152,9 +153,8 @@ def test_arguments_in_the_wrong_order() -> None:
 
 
 def test_a_family_is_named() -> None:
-    refused(
-        lambda: replace(FAMILY, headway=2.0), "profile family 'calm': headway is 2.0; write a tuple (low, high) in s"
-    )  # type: ignore[arg-type]
+    said = "profile family 'calm': headway is 2.0; write a tuple (low, high) in s"
+    refused(lambda: replace(FAMILY, headway=2.0), said)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -162,13 +162,14 @@ def test_a_family_is_named() -> None:
     [
         (lambda: Road(stop_zone=100), ("start_distance is (55.0, 85.0)", "stop_zone is 100")),
         (lambda: Road(speed_limit=8.3), ("start_speed is (5.0, 10.0)", "speed_limit is 8.3")),
+        (lambda: Road(start_speed=(5.0, 50.0)), ("start_speed is (5.0, 50.0)", "speed_limit is 12.0")),
         (lambda: Band(low=10.0), ("low is 10.0", "high is 10.0")),
         (lambda: replace(MAIN, road=Road(lines=())), ("road.lines is ()", "goal is Goal.STOP")),
         (lambda: replace(MAIN, signal=Signal((1, 2))), ("signal is Signal(", "goal is Goal.STOP", "goal PASS")),
         (lambda: replace(MAIN, horizon=50), ("horizon is 50 and dt is 0.1", "write a horizon of 86 steps or more")),
         (lambda: replace(MAIN, dt=0.01), ("horizon is 600 and dt is 0.01", "write a horizon of 858 steps or more")),
     ],
-    ids=["stop_zone", "speed_limit", "band", "lines", "signal", "horizon", "dt"],
+    ids=["stop_zone", "speed_limit", "start_speed", "band", "lines", "signal", "horizon", "dt"],
 )
 def test_fields_that_disagree_are_all_named(call: Callable[[], object], said: tuple[str, ...]) -> None:
     refused(call, *said)
@@ -187,12 +188,15 @@ def test_short_time_limits_are_allowed_where_a_world_may_be_infeasible_or_nobody
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
-    road = Road(speed_limit=np.float64(12.0), lines=(np.float64(0.0),), start_speed=(np.int64(5), 10.0))  # type: ignore[arg-type]
-    given = replace(MAIN, road=road, horizon=np.int64(600), feasible_only=np.bool_(True))
+    numbers: dict[str, Any] = {"horizon": np.int64(600), "feasible_only": np.bool_(True), "dt": np.float64(0.1)}
+    start: Any = (np.int64(5), np.float32(10.0))
+    given = replace(MAIN, road=Road(start_speed=start, lines=(np.float64(0.0),)), **numbers)
     plain = replace(MAIN, road=Road(start_speed=(5, 10.0)))
     assert given == plain
     assert given.spec_hash == plain.spec_hash
-    refused(lambda: Vehicle(lag=np.float16("inf")), "lag is ")
+    assert given.constants().tobytes() == plain.constants().tobytes()
+    infinite: Any = np.float16("inf")
+    refused(lambda: Vehicle(lag=infinite), "lag is ")
 
 
 def test_state_before_reset() -> None:
