@@ -12,6 +12,7 @@ from hhrl_envs.errors import InputError, require_value
 from hhrl_envs.options import Option
 from hhrl_envs.registry import get_scenario
 from hhrl_envs.scenario import Scenario
+from hhrl_envs.validation import is_integer
 
 RENDER_MODES = ("human", "rgb_array")
 
@@ -35,7 +36,7 @@ def as_seed(seed: int | None) -> int:
     """Return the seed, an integer in [0, 2^64); a fresh one where it is None."""
     if seed is None:
         return int(seeding.np_random()[1] % 2**63)
-    known = _is_integer(seed) and 0 <= seed < 2**64
+    known = is_integer(seed) and 0 <= seed < 2**64
     require_value(known, "seed", repr(seed), "an integer from 0 to 2^64 - 1, or None for a fresh one")
     return operator.index(seed)
 
@@ -52,13 +53,19 @@ def as_seeds(seed: int | Sequence[int] | None, rows: int) -> NDArray[np.uint64]:
 
 def as_count(count: int, name: str) -> int:
     """Return the number of something."""
-    require_value(_is_integer(count) and count >= 1, name, repr(count), "an integer, at least 1")
+    require_value(is_integer(count) and count >= 1, name, repr(count), "an integer, at least 1")
     return operator.index(count)
+
+
+def as_flag(flag: bool, name: str) -> bool:
+    """Return whether something is wanted."""
+    require_value(isinstance(flag, (bool, np.bool_)), name, repr(flag), "True or False")
+    return bool(flag)
 
 
 def as_option(option: int | None) -> Option | None:
     """Return the option; None for None and for the -1 of a flat agent."""
-    known = option is None or (_is_integer(option) and -1 <= option < len(Option))
+    known = option is None or (is_integer(option) and -1 <= option < len(Option))
     names = ", ".join(f"{one.value} ({one.name})" for one in Option)
     require_value(known, "option", repr(option), f"{names}, or None for a flat agent")
     return None if option is None or option < 0 else Option(option)
@@ -74,7 +81,7 @@ def as_learned_fronts(count: int | None, scenario: Scenario) -> int:
     """Return how many front vehicles are agents: the scenario's own number where it is None."""
     if count is None:
         return scenario.learned_fronts or 0
-    require_value(_is_integer(count), "learned_fronts", repr(count), "an integer, 0 or more")
+    require_value(is_integer(count), "learned_fronts", repr(count), "an integer, 0 or more")
     scenario.require_fronts(count)
     return operator.index(count)
 
@@ -85,7 +92,3 @@ def bad_agents(actions: Any, agents: Sequence[str]) -> InputError:
     if not agents:
         return InputError(f"{given}, but the episode is over; call reset() first")
     return InputError(f"{given}; write a dict with one action for each of {list(agents)}")
-
-
-def _is_integer(value: object) -> bool:
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)

@@ -131,7 +131,13 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             self._screen.option = selected
 
     def state(self) -> NDArray[np.float32]:
-        """Return the global state: the observations of all possible agents one after another, float32 [11 * agents]."""
+        """Return the global state: the observations of all possible agents one after another, float32 [11 * agents].
+
+        Raises:
+            InputError: before the first reset.
+        """
+        if not self._seeded:
+            raise InputError("state before reset; call reset(seed=...) first")
         return self.simulator.raw_observations[:, :, 0].T.ravel()
 
     def close(self) -> None:

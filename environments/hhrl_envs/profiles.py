@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hhrl_envs.compiled import Floats
-from hhrl_envs.errors import InputError
+from hhrl_envs.validation import check, interval, number, positive, shares, text
 
 Range = tuple[float, float]
 
@@ -40,6 +40,18 @@ PARAMETERS: dict[str, str] = {
     "slow_every": "m",
 }
 """Name and unit of every profile parameter, in the order of the fields of a vehicle's record from PROFILE on."""
+
+_ABOVE_ZERO = (0.1, 100.0)
+LIMITS: dict[str, Range] = {
+    "desired_speed": _ABOVE_ZERO,
+    "max_accel": _ABOVE_ZERO,
+    "comfort_decel": _ABOVE_ZERO,
+    "line_decel": _ABOVE_ZERO,
+    "stop_position": (-4.0, 50.0),
+    "slow_at": (-1000.0, 1000.0),
+    "slow_every": (1.0, 1e6),
+}
+"""Lowest and highest value of the profile parameters whose ranges do not lie within 0 to 1000."""
 
 
 @dataclass(frozen=True)
@@ -74,27 +86,16 @@ class ProfileFamily:
 
     def __post_init__(self) -> None:
         """Reject a family that no vehicle could be drawn from."""
-        if not self.weight > 0.0:
-            raise InputError(f"profile family {self.name!r}: weight is {self.weight}; write a number above 0")
-        if abs(sum(self.styles) - 1.0) > 1e-9 or min(self.styles) < 0.0:
-            raise InputError(
-                f"profile family {self.name!r}: styles {self.styles} must be three shares that add up to 1"
-            )
-        if not 0.0 <= self.slow_chance <= 1.0:
-            raise InputError(
-                f"profile family {self.name!r}: slow_chance is {self.slow_chance}; write a share in [0, 1]"
-            )
-        for name in PARAMETERS:
-            self._check_range(name)
-
-    def _check_range(self, name: str) -> None:
-        low, high = getattr(self, name)
-        floor = {"stop_position": -4.0, "slow_at": -1000.0, "slow_every": 1.0}.get(name, 0.0)
-        if name in ("max_accel", "comfort_decel", "line_decel", "desired_speed"):
-            floor = 0.1
-        if not floor <= low <= high < float("inf"):
-            allowed = f"(low, high) with {floor} <= low <= high"
-            raise InputError(f"profile family {self.name!r}: {name} is ({low}, {high}); write {allowed}")
+        check(self, name=text(r"\S(.*\S)?", "a name of one line, such as 'calm'"))
+        ranges = {name: interval(*LIMITS.get(name, (0.0, 1000.0)), unit) for name, unit in PARAMETERS.items()}
+        check(
+            self,
+            f"profile family {self.name!r}: ",
+            weight=positive(1e6, "a number"),
+            **ranges,
+            slow_chance=number(0.0, 1.0, "a share"),
+            styles=shares(3, 3, f"the three shares of {', '.join(STYLES)}"),
+        )
 
 
 FAMILY_TABLE_WIDTH = 2 * len(PARAMETERS) + 5

@@ -8,23 +8,35 @@ ego starts at a negative position and drives towards it.
 import hashlib
 import json
 from dataclasses import asdict, dataclass
-from math import inf
+from math import ceil
+from operator import methodcaller
 
 import numpy as np
 
 from hhrl_envs import layout, observation
 from hhrl_envs.compiled import Floats
-from hhrl_envs.errors import require_value
+from hhrl_envs.errors import InputError
 from hhrl_envs.goals import Goal
 from hhrl_envs.options import Option
 from hhrl_envs.profiles import ProfileFamily, Range, family_table
+from hhrl_envs.validation import (
+    agree,
+    ascending,
+    check,
+    flag,
+    instance,
+    instances,
+    integer,
+    interval,
+    number,
+    optional,
+    positive,
+    shares,
+    text,
+)
 
 GRAVITY = 9.81  # m/s^2
 WALKING_PACE = 1.4  # m/s; the speed at which a feasible episode leaves time to reach the freed stop zone
-
-
-def _require_range(name: str, value: Range, low: float, high: float = inf) -> None:
-    require_value(low <= value[0] <= value[1] <= high, name, value, f"(low, high) with {low} <= low <= high <= {high}")
 
 
 @dataclass(frozen=True)
@@ -43,22 +55,16 @@ class Vehicle:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        require_value(
-            len(self.levels) >= 2 and list(self.levels) == sorted(set(self.levels)),
-            "levels",
-            self.levels,
-            "at least two accelerations, ascending",
+        check(
+            self,
+            levels=ascending(2, 1000, -100.0, 100.0, "at least two accelerations in m/s^2"),
+            lag=number(0.0, 100.0, "seconds"),
+            jerk_limit=positive(1e6, "m/s^3"),
+            max_decel=positive(100.0, "m/s^2"),
+            length=positive(100.0, "metres"),
         )
-        require_value(
-            self.levels[0] < 0.0 < self.levels[-1],
-            "levels",
-            self.levels,
-            "levels from a brake below 0 to a throttle above 0",
-        )
-        require_value(0.0 <= self.lag < inf, "lag", self.lag, "seconds, 0 or more")
-        require_value(0.0 < self.jerk_limit < inf, "jerk_limit", self.jerk_limit, "m/s^3 above 0")
-        require_value(0.0 < self.max_decel < inf, "max_decel", self.max_decel, "m/s^2 above 0")
-        require_value(0.0 < self.length < inf, "length", self.length, "metres above 0")
+        crossing = self.levels[0] < 0.0 < self.levels[-1]
+        agree(self, crossing, "levels", write="levels from a brake below 0 to a throttle above 0")
 
 
 @dataclass(frozen=True)
@@ -79,17 +85,19 @@ class Road:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        require_value(0.0 < self.speed_limit < inf, "speed_limit", self.speed_limit, "m/s above 0")
-        require_value(len(self.lines) <= 2, "lines", self.lines, "the positions of none, one or two stop-lines")
-        require_value(
-            all(0.0 <= line <= 500.0 for line in self.lines), "lines", self.lines, "positions within [0, 500]"
+        check(
+            self,
+            speed_limit=positive(100.0, "m/s"),
+            lines=ascending(0, 2, 0.0, 500.0, "none, one or two stop-lines in metres, such as (0.0,)"),
+            stop_zone=positive(500.0, "metres"),
+            stop_speed=positive(100.0, "m/s"),
+            friction=positive(1.5, "a coefficient"),
+            start_distance=interval(0.0, 500.0, "metres"),
+            start_speed=interval(0.0, 100.0, "m/s"),
         )
-        require_value(list(self.lines) == sorted(set(self.lines)), "lines", self.lines, "positions in ascending order")
-        require_value(0.0 < self.stop_zone < inf, "stop_zone", self.stop_zone, "metres above 0")
-        require_value(0.0 < self.stop_speed < inf, "stop_speed", self.stop_speed, "m/s above 0")
-        require_value(0.0 < self.friction <= 1.5, "friction", self.friction, "a coefficient in (0, 1.5]")
-        _require_range("start_distance", self.start_distance, self.stop_zone, 500.0)
-        _require_range("start_speed", self.start_speed, 0.0, self.speed_limit)
+        before, slow = self.stop_zone <= self.start_distance[0], self.start_speed[1] <= self.speed_limit
+        agree(self, before, "start_distance", "stop_zone", write="a start_distance of at least stop_zone")
+        agree(self, slow, "start_speed", "speed_limit", write="a start_speed of at most speed_limit")
 
 
 @dataclass(frozen=True)
@@ -100,7 +108,7 @@ class Signal:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        _require_range("green_at", self.green_at, 0.0)
+        check(self, green_at=interval(0.0, 1e5, "seconds"))
 
 
 @dataclass(frozen=True)
@@ -117,11 +125,14 @@ class Band:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        require_value(
-            0.0 <= self.low < self.high < inf, "low, high", (self.low, self.high), "metres with 0 <= low < high"
+        check(
+            self,
+            low=number(0.0, 1000.0, "metres"),
+            high=positive(1000.0, "metres"),
+            headway=number(0.0, 1000.0, "seconds"),
+            share=positive(1.0, "a share"),
         )
-        require_value(0.0 <= self.headway < inf, "headway", self.headway, "seconds, 0 or more")
-        require_value(0.0 < self.share <= 1.0, "share", self.share, "a share in (0, 1]")
+        agree(self, self.low < self.high, "low", "high", write="a low below high")
 
 
 @dataclass(frozen=True)
@@ -140,13 +151,15 @@ class Sensor:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        for name in ("front_range", "line_range"):
-            require_value(0.0 < getattr(self, name) <= 1000.0, name, getattr(self, name), "metres in (0, 1000]")
-        for name in ("noise_distance", "noise_speed", "noise_accel"):
-            require_value(
-                0.0 <= getattr(self, name) < inf, name, getattr(self, name), "a standard deviation, 0 or more"
-            )
-        require_value(0 <= self.delay <= 50, "delay", self.delay, "steps, 0 to 50")
+        check(
+            self,
+            front_range=positive(1000.0, "metres"),
+            line_range=positive(1000.0, "metres"),
+            noise_distance=number(0.0, 1000.0, "a standard deviation in metres"),
+            noise_speed=number(0.0, 1000.0, "a standard deviation in m/s"),
+            noise_accel=number(0.0, 1000.0, "a standard deviation in m/s^2"),
+            delay=integer(0, 50, "steps"),
+        )
 
     @property
     def perfect(self) -> bool:
@@ -168,16 +181,13 @@ class Traffic:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        total = sum(self.count_shares)
-        require_value(
-            min(self.count_shares, default=-1.0) >= 0.0 and abs(total - 1.0) < 1e-9,
-            "count_shares",
-            self.count_shares,
-            "shares of 0, 1, 2, ... front vehicles that add up to 1",
+        check(
+            self,
+            families=instances(ProfileFamily),
+            count_shares=shares(1, 101, "the shares of 0, 1, 2, ... front vehicles"),
+            gap=interval(1.0, 1000.0, "metres"),
+            speed=interval(0.0, 100.0, "m/s"),
         )
-        require_value(len(self.families) > 0, "families", self.families, "at least one profile family")
-        _require_range("gap", self.gap, 1.0)
-        _require_range("speed", self.speed, 0.0)
 
     @property
     def max_fronts(self) -> int:
@@ -205,9 +215,18 @@ class Reward:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        for name in ("sigma_1", "sigma_2", "sigma_3", "sigma_4", "jerk_threshold", "timeout_scale"):
-            require_value(0.0 <= getattr(self, name) < inf, name, getattr(self, name), "a number, 0 or more")
-        require_value(0.0 < self.safe_gap < inf, "safe_gap", self.safe_gap, "metres above 0")
+        constant = number(0.0, 1e6, "a number")
+        check(
+            self,
+            sigma_1=constant,
+            sigma_2=constant,
+            sigma_3=constant,
+            sigma_4=constant,
+            jerk_threshold=constant,
+            positive_jerk_only=flag(),
+            safe_gap=positive(1000.0, "metres"),
+            timeout_scale=constant,
+        )
 
 
 @dataclass(frozen=True)
@@ -224,8 +243,7 @@ class Adversary:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        require_value(0.0 < self.hardest_brake < inf, "hardest_brake", self.hardest_brake, "m/s^2 above 0")
-        require_value(0.0 <= self.patience < inf, "patience", self.patience, "seconds, 0 or more")
+        check(self, hardest_brake=positive(100.0, "m/s^2"), patience=number(0.0, 1e5, "seconds"))
 
 
 @dataclass(frozen=True)
@@ -255,36 +273,58 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning or that contradict each other."""
-        require_value(0.0 < self.dt <= 1.0, "dt", self.dt, "seconds in (0, 1]")
-        require_value(self.horizon >= 1, "horizon", self.horizon, "a number of steps, at least 1")
-        require_value(0.0 < self.route_end < inf, "route_end", self.route_end, "metres above 0")
-        lines, goal = self.road.lines, self.goal
-        require_value(goal != Goal.STOP or len(lines) > 0, "lines", lines, "at least one line for goal STOP")
-        require_value(goal != Goal.FOLLOW or len(lines) == 0, "lines", lines, "no line for goal FOLLOW")
-        require_value(
-            goal != Goal.FOLLOW or self.traffic.count_shares[0] == 0.0,
-            "count_shares",
-            self.traffic.count_shares,
-            "a first share of 0 for goal FOLLOW: there must be somebody to follow",
+        check(
+            self,
+            id=text(r"[A-Za-z0-9][A-Za-z0-9._-]*", "a name of letters, digits, '-', '_' and '.', such as 'my-road-v0'"),
+            traffic=instance(Traffic),
+            vehicle=instance(Vehicle),
+            road=instance(Road),
+            sensor=instance(Sensor),
+            reward=instance(Reward),
+            goal=instance(Goal),
+            signal=optional(instance(Signal)),
+            route_end=positive(1e4, "metres"),
+            band=instance(Band),
+            dt=number(0.001, 1.0, "seconds"),
+            horizon=integer(1, 1_000_000, "steps"),
+            feasible_only=flag(),
+            learned_fronts=optional(integer(0, 100, "front vehicles")),
+            adversary=optional(instance(Adversary)),
         )
-        require_value(
-            self.signal is None or (goal == Goal.PASS and len(lines) == 1),
-            "signal",
-            self.signal,
-            "None, or goal PASS with one line",
-        )
+        self._require_agreement()
         self.require_fronts(self.learned_fronts or 0)
-        require_value(
-            self.adversary is None or (self.learned_fronts == 1 and goal == Goal.STOP and len(lines) == 1),
-            "adversary",
-            self.adversary,
-            "None, or learned_fronts=1, goal STOP and one line",
-        )
+        self._require_time()
+
+    def _require_agreement(self) -> None:
+        """Reject parts that contradict the goal or each other."""
+        lines, goal = len(self.road.lines), self.goal
+        following, single = goal == Goal.FOLLOW, lines == 1
+        agree(self, goal != Goal.STOP or lines > 0, "road.lines", "goal", write="at least one line for goal STOP")
+        agree(self, not following or lines == 0, "road.lines", "goal", write="no line, lines=(), for goal FOLLOW")
+        followed = "a first share of 0 for goal FOLLOW: there must be somebody to follow"
+        somebody = self.traffic.count_shares[0] == 0.0
+        agree(self, not following or somebody, "traffic.count_shares", "goal", write=followed)
+        waits = self.signal is None or (goal == Goal.PASS and single)
+        agree(self, waits, "signal", "goal", "road.lines", write="signal None, or goal PASS with one line")
+        provoked = self.adversary is None or (self.learned_fronts == 1 and goal == Goal.STOP and single)
+        setting = "adversary None, or learned_fronts=1, goal STOP and one line"
+        agree(self, provoked, "adversary", "learned_fronts", "goal", "road.lines", write=setting)
+
+    def _require_time(self) -> None:
+        """Reject a time limit that is up before the last metres of a queue could be driven: no world is feasible."""
+        enough = self.goal == Goal.FOLLOW or not self.feasible_only or self._clear_by >= 0.0
+        seconds = self.dt * self.horizon - self._clear_by
+        steps = f"a horizon of {ceil(seconds / self.dt)} steps or more, as a queue takes {seconds:.1f} s to move up"
+        agree(self, enough, "horizon", "dt", write=f"{steps}; or feasible_only=False")
 
     def require_fronts(self, learned: int) -> None:
         """Return nothing; raises ``InputError`` if the scenario cannot have that many learned front vehicles."""
-        most = 0 if self.goal == Goal.FOLLOW else self.traffic.max_fronts
-        require_value(0 <= learned <= most, "learned_fronts", learned, f"0 to {most} for scenario {self.id!r}")
+        most, allowed = self.traffic.max_fronts, f"for scenario {self.id!r}"
+        if self.goal == Goal.FOLLOW or most == 0:
+            lack = "goal FOLLOW has no place for learned ones" if most else "its traffic has no front vehicles"
+            most, allowed = 0, f"{allowed}: {lack}"
+        if not 0 <= learned <= most:
+            raise InputError(f"learned_fronts is {learned}; write {f'0 to {most}' if most else '0'} {allowed}")
 
     @property
     def num_actions(self) -> int:
@@ -349,15 +389,20 @@ class Scenario:
             layout.LAST_LINE: lines[-1] if lines else layout.FAR,
         }
 
+    @property
+    def _clear_by(self) -> float:
+        """The time in seconds by which the goal's place must be free, so that the last metres can be walked."""
+        queue = self.reward.safe_gap + self.vehicle.length + self.road.stop_zone
+        return self.dt * self.horizon - queue / WALKING_PACE
+
     def _judgement(self) -> dict[int, float]:
         reward, road, band, adversary = self.reward, self.road, self.band, self.adversary or Adversary()
-        queue = reward.safe_gap + self.vehicle.length + road.stop_zone
         return {
             layout.STOP_ZONE: road.stop_zone,
             layout.STOP_SPEED: road.stop_speed,
             layout.GOAL: self.goal,
             layout.ROUTE_END: self.route_end,
-            layout.CLEAR_BY: self.dt * self.horizon - queue / WALKING_PACE,
+            layout.CLEAR_BY: self._clear_by,
             layout.SIGMA_1: reward.sigma_1,
             layout.SIGMA_2: reward.sigma_2,
             layout.SIGMA_3: reward.sigma_3,
@@ -411,4 +456,6 @@ class Scenario:
 
 
 def _digest(data: object) -> str:
-    return hashlib.sha256(json.dumps(data, sort_keys=True, allow_nan=False).encode()).hexdigest()
+    """Return the SHA-256 of the data as JSON; numbers of numpy count as Python's."""
+    stored = json.dumps(data, sort_keys=True, allow_nan=False, default=methodcaller("item"))
+    return hashlib.sha256(stored.encode()).hexdigest()

@@ -38,7 +38,7 @@ def test_numbers_of_learned_fronts(count: Any) -> None:
 
 @pytest.mark.parametrize("scenario_id", ["follow-v0", "solo-stop-v0"])
 def test_scenarios_without_learned_fronts(scenario_id: str) -> None:
-    said = f"learned_fronts is 1; write 0 to 0 for scenario '{scenario_id}'"
+    said = f"learned_fronts is 1; write 0 for scenario '{scenario_id}': "
     refused(partial(StopLineParallelEnv, scenario_id, learned_fronts=1), said)
     refused(partial(Simulator, get_scenario(scenario_id), 3, learned_fronts=1), said)
     refused(partial(replace, get_scenario(scenario_id), learned_fronts=1), said)
