@@ -8,6 +8,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from hhrl_envs.arguments import as_flag
 from hhrl_envs.errors import InputError
 from hhrl_envs.scenario import Scenario
 
@@ -63,6 +64,11 @@ class Pedals:
         if outside.size:
             raise InputError(f"action {outside[0]} is out of range; write {self.allowed}")
         return shares * np.where(shares >= 0.0, self._throttle, self._brake)
+
+
+def driver(scenario: Scenario, continuous_actions: bool) -> Levels | Pedals:
+    """Return what the actions of a view mean."""
+    return (Pedals if as_flag(continuous_actions, "continuous_actions") else Levels)(scenario)
 
 
 def _number(action: Any) -> float:

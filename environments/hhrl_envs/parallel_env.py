@@ -7,7 +7,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo.utils.env import ParallelEnv
 
-from hhrl_envs.actions import Levels, Pedals
+from hhrl_envs.actions import driver
 from hhrl_envs.arguments import (
     RENDER_MODES,
     as_agent,
@@ -71,7 +71,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         self.possible_agents = [EGO, *(f"front_{slot}" for slot in range(1, fronts + 1))]
         self.agents: list[str] = []
         self._slots = {agent: slot for slot, agent in enumerate(self.possible_agents)}
-        self._actions = Pedals(self.scenario) if continuous_actions else Levels(self.scenario)
+        self._actions = driver(self.scenario, continuous_actions)
         self._observation_space = observation_space(self.scenario)
         self.state_space = state_space(self.scenario, len(self.possible_agents))
         self._own: dict[str, tuple[NDArray[Any], ...]] = {}

@@ -238,7 +238,7 @@ class Simulator:
             if not self._each_slice(begin_rows, self._keys, *self._tables, self.num_rows, self._special):
                 return
             self._each_slice(decide_rows, self.num_rows)
-        hint = "widen its gaps or set feasible_only=False"
+        hint = "widen its gaps, lengthen its horizon or set feasible_only=False"
         raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
 
     def _each_slice(self, kernel: Callable[..., int | None], *arguments: object) -> int:

@@ -8,7 +8,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from hhrl_envs.actions import Levels, Pedals
+from hhrl_envs.actions import driver
 from hhrl_envs.arguments import as_count, as_scenario, as_seeds
 from hhrl_envs.errors import InputError
 from hhrl_envs.outcomes import Outcome
@@ -48,7 +48,7 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         self.num_envs, self.render_mode = as_count(num_envs, "num_envs"), None
         self.scenario = as_scenario(scenario)
         self.simulator = Simulator(self.scenario, num_envs, as_count(threads, "threads"))
-        self._actions = Pedals(self.scenario) if continuous_actions else Levels(self.scenario)
+        self._actions = driver(self.scenario, continuous_actions)
         self.single_observation_space = observation_space(self.scenario)
         self.single_action_space = self._actions.space
         self.observation_space = batch_space(self.single_observation_space, num_envs)

@@ -1,5 +1,6 @@
 """Every misuse of learned front vehicles and of continuous actions is one line that says what to write instead."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -122,3 +123,9 @@ def test_a_batch_of_continuous_actions_has_one_column() -> None:
     for wrong in (np.zeros(2), np.zeros((2, 2)), np.zeros((1, 1)), np.zeros((2, 1), np.int64)):
         refused(partial(vector.step, wrong), "actions are", "write floats of shape (2, 1)")
     assert vector.step(np.full((2, 1), -1.0, np.float32))[4]["outcome"].tolist() == [Outcome.RUNNING] * 2
+
+
+@pytest.mark.parametrize("view", [StopLineParallelEnv, StopLineEnv, StopLineVectorEnv])
+def test_continuous_actions_are_wanted_or_not(view: Callable[..., object]) -> None:
+    with pytest.raises(InputError, match="continuous_actions is 'no'"):
+        view(continuous_actions="no")
