@@ -25,6 +25,7 @@ from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.profiles import describe
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.sensing import BASE
+from hhrl_envs.spares import Spares
 from hhrl_envs.stepping import MOVE, MOVE_AND_SHOW, SHOW, WAITING, advance_rows, aim
 
 MAX_ATTEMPTS = 1000
@@ -69,9 +70,11 @@ class Simulator:
         self._targets = [self._memory.target(agent) for agent in range(self.num_agents)]
         self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
         self._tables = (scenario.cumulative_counts(), scenario.family_table())
-        self._shapes = (observation.SIZE, self.num_agents, num_rows), (at.RESULTS_SIZE, self.num_agents, num_rows)
+        shape = (self.num_agents, num_rows)
+        self._observations = Spares((observation.SIZE, *shape), np.float32)
+        self._results = Spares((at.RESULTS_SIZE, *shape), np.float64)
         self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
-        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
         self._special = True if learned_fronts or not scenario.plain else None
@@ -220,7 +223,7 @@ class Simulator:
 
     def _show(self, moving: bool) -> None:
         """Hand out fresh results: ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [6, A, B]."""
-        self.raw_observations, self.raw_results = np.empty(self._shapes[0], np.float32), np.empty(self._shapes[1])
+        self.raw_observations, self.raw_results = self._observations.take(), self._results.take()
         self._run(MOVE_AND_SHOW if moving else SHOW)
 
     def _run(self, parts: int) -> None:
@@ -244,8 +247,9 @@ class Simulator:
     def _each_slice(self, kernel: Callable[..., int | None], *arguments: object) -> int:
         if self._pool is None:
             return kernel(self._numbers, self._constants, *arguments, *self._slices[0]) or 0
-        parts = self._pool.map(lambda part: kernel(self._numbers, self._constants, *arguments, *part), self._slices)
-        return sum(part or 0 for part in parts)
+        own, *others = ((self._numbers, self._constants, *arguments, *part) for part in self._slices)
+        parts = [self._pool.submit(kernel, *other) for other in others]
+        return (kernel(*own) or 0) + sum(part.result() or 0 for part in parts)
 
     def _aim(self, given: Floats | Ints) -> None:
         wanted = (self.num_rows,) if self.num_agents == 1 else (self.num_rows, self.num_agents)
