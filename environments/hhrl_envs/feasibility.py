@@ -15,8 +15,7 @@ from math import sqrt
 from hhrl_envs import layout as at
 from hhrl_envs.compiled import Floats, inner, unsigned
 from hhrl_envs.dynamics import actuate, braking_distance
-from hhrl_envs.goals import FOLLOW, PASS, STOP
-from hhrl_envs.layout import FAR
+from hhrl_envs.goals import FOLLOW, STOP
 
 SELDOM = 500.0  # m; slow-downs this far apart happen once before the line
 
@@ -62,15 +61,7 @@ def surely_survives(m: Floats, s: int, c: Floats) -> bool:
         m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH],
         m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c),
     )
-    return bool((stands < rear) & (stands <= farthest(c)))
-
-
-@inner
-def goal_place(c: Floats) -> float:
-    """Return the position that the front vehicle's rear must leave free for the ego to succeed."""
-    if c[at.GOAL] == FOLLOW:
-        return -FAR
-    return float(c[at.ROUTE_END] if c[at.GOAL] == PASS else c[at.LAST_LINE])
+    return bool((stands < rear) & (stands <= c[at.FARTHEST]))
 
 
 @inner
@@ -80,21 +71,15 @@ def is_green(m: Floats, r: int, c: Floats) -> bool:
 
 
 @inner
-def farthest(c: Floats) -> float:
-    """Return the position that full braking must not pass."""
-    return float(c[at.FIRST_LINE] if c[at.GOAL] == STOP else FAR)
-
-
-@inner
 def verdict(m: Floats, s: int, r: int, c: Floats) -> float:
     """Return 1.0 if the row's episode has proved feasible, 0.0 if infeasible, -1.0 if that is still open.
 
     The row, of which ``s`` and ``r`` are the records plus its lane, is being driven ahead under full braking.
     """
     ego, rear = m[s + at.POSITION], m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH]
-    if (rear <= ego) | (ego > farthest(c)) | (m[r + at.STEPS] >= c[at.HORIZON]):
+    if (rear <= ego) | (ego > c[at.FARTHEST]) | (m[r + at.STEPS] >= c[at.HORIZON]):
         return 0.0
-    if (rear > goal_place(c)) & (m[s + at.SPEED] == 0.0) & is_green(m, r, c):
+    if (rear > c[at.GOAL_PLACE]) & (m[s + at.SPEED] == 0.0) & is_green(m, r, c):
         return 1.0 if m[r + at.STEPS] * c[at.DT] <= c[at.CLEAR_BY] else 0.0
     return -1.0
 
@@ -116,7 +101,7 @@ def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> No
     """
     if c[at.AGENTS] == 1.0:
         return
-    dt, per_dt, brake, place = c[at.DT], c[at.PER_DT], c[at.EGO_MIN_ACCEL], goal_place(c)
+    dt, per_dt, brake, place = c[at.DT], c[at.PER_DT], c[at.EGO_MIN_ACCEL], c[at.GOAL_PLACE]
     gain, most, grip = c[at.LAG_GAIN], c[at.JERK_STEP], c[at.GRIP]
     for i in range(lanes):
         speed, accel = m[r + at.SHADOW_SPEED + i], m[r + at.SHADOW_ACCEL + i]
@@ -128,5 +113,5 @@ def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> No
             m[r + at.CLEARED + i] = 1.0
         hopeless = (time > c[at.CLEAR_BY]) & (m[r + at.CLEARED + i] == 0.0)
         shadow = m[r + at.SHADOW_POSITION + i]
-        if (m[a + at.LIVE + i] != 0.0) & ((rear <= shadow) | (shadow > farthest(c)) | hopeless):
+        if (m[a + at.LIVE + i] != 0.0) & ((rear <= shadow) | (shadow > c[at.FARTHEST]) | hopeless):
             m[r + at.FEASIBLE + i] = 0.0

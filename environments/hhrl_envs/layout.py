@@ -73,6 +73,7 @@ NOISE_SPEED, NOISE_ACCEL, NOISE_DISTANCE = range(38, 41)
 BAND_LOW, BAND_HIGH, BAND_HEADWAY, BAND_SHARE = range(41, 45)
 FEASIBLE_ONLY, SLOTS, AGENTS = range(45, 48)
 ADVERSARY, HARDEST_BRAKE, PATIENCE, THROTTLE = range(48, 52)
-CONSTANTS_SIZE = 52
+GOAL_PLACE, FARTHEST = range(52, 54)  # what a front vehicle must leave free; what full braking must not pass
+CONSTANTS_SIZE = 54
 
 FAR = 1.0e6  # m; where absent vehicles drive and where a line stands that does not exist

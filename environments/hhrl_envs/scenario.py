@@ -387,6 +387,8 @@ class Scenario:
             layout.SPEED_LIMIT: self.road.speed_limit,
             layout.FIRST_LINE: lines[0] if lines else layout.FAR,
             layout.LAST_LINE: lines[-1] if lines else layout.FAR,
+            layout.GOAL_PLACE: self._goal_place,
+            layout.FARTHEST: lines[0] if self.goal == Goal.STOP else layout.FAR,
         }
 
     @property
@@ -394,6 +396,13 @@ class Scenario:
         """The time in seconds by which the goal's place must be free, so that the last metres can be walked."""
         queue = self.reward.safe_gap + self.vehicle.length + self.road.stop_zone
         return self.dt * self.horizon - queue / WALKING_PACE
+
+    @property
+    def _goal_place(self) -> float:
+        """The position that the front vehicle's rear must leave free for the ego to succeed."""
+        if self.goal == Goal.FOLLOW:
+            return -layout.FAR
+        return self.route_end if self.goal == Goal.PASS else self.road.lines[-1]
 
     def _judgement(self) -> dict[int, float]:
         reward, road, band, adversary = self.reward, self.road, self.band, self.adversary or Adversary()

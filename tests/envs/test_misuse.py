@@ -1,7 +1,6 @@
 """Every misuse of a view is one line that names the value and what to write instead."""
 
 import re
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -13,6 +12,7 @@ from hhrl_envs import InputError, stop_line_v0
 from hhrl_envs.gym_env import StopLineEnv
 from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
 from hhrl_envs.vector_env import StopLineVectorEnv
+from support.misuse import refused
 
 ACTIONS: list[Any] = [
     np.nan,
@@ -34,15 +34,6 @@ ACTIONS: list[Any] = [
 ]
 SEEDS: list[Any] = [-1, 2**64, 1.0, np.nan, "7", True, (), {}]
 MODES: list[Any] = ["ascii", "", 3, True]
-
-
-def refused(call: Callable[[], object], *said: str) -> None:
-    with pytest.raises(InputError) as caught:
-        call()
-    message = str(caught.value)
-    assert "\n" not in message
-    for words in said:
-        assert words in message
 
 
 @pytest.mark.parametrize("action", ACTIONS, ids=repr)

@@ -8,25 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hhrl_envs import InputError, Outcome, Simulator, get_scenario, platoon_v0, triad
+from hhrl_envs import Adversary, InputError, Outcome, Simulator, get_scenario, platoon_v0, triad
 from hhrl_envs.gym_env import StopLineEnv
 from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
 from hhrl_envs.vector_env import StopLineVectorEnv
+from support.misuse import refused
 
 MAIN = get_scenario("stop-line-v0")
 PEDALS: list[Any] = [
     np.nan, np.inf, -np.inf, 1.0000001, -1.5, 2, "0.5", True, None, {}, [], [0.1, 0.2], [[0.1, 0.2], 0.3], 2**70, 0.5j,
     np.array([np.nan], np.float32), np.array([-1.001]), np.array(["0.1"]),
 ]  # fmt: skip
-
-
-def refused(call: Any, *said: str) -> None:
-    with pytest.raises(InputError) as caught:
-        call()
-    message = str(caught.value)
-    assert "\n" not in message
-    for words in said:
-        assert words in message
 
 
 @pytest.mark.parametrize("count", [-1, 5, 1.0, "2", True, np.nan], ids=repr)
@@ -46,11 +38,10 @@ def test_scenarios_without_learned_fronts(scenario_id: str) -> None:
 
 
 def test_scenarios_that_contradict_themselves() -> None:
-    adversary = get_scenario("adversary-v0").adversary
     for wrong in ({"learned_fronts": None}, {"learned_fronts": 2}, {"road": replace(MAIN.road, lines=(0.0, 60.0))}):
         refused(partial(replace, get_scenario("adversary-v0"), **wrong), "adversary is", "learned_fronts=1")
     for name in ("hardest_brake", "patience"):
-        refused(partial(replace, adversary, **{name: -1.0}), f"{name} is -1.0; write ")
+        refused(partial(Adversary, **{name: -1.0}), f"{name} is -1.0; write ")
 
 
 def test_front_vehicles_that_are_never_drawn_cannot_be_learned() -> None:
