@@ -7,7 +7,7 @@ its feasibility is OPEN because the cheap bounds do not decide it, or it is DECI
 import numpy as np
 
 from hhrl_envs import layout as at
-from hhrl_envs.blocks import locate
+from hhrl_envs.blocks import locate, locate_row
 from hhrl_envs.compiled import Floats, Keys, inner, kernel, spliced, unsigned
 from hhrl_envs.dynamics import drive_agent
 from hhrl_envs.feasibility import begin_shadow, surely_clears, surely_survives, verdict
@@ -49,23 +49,21 @@ def begin_rows(
     For ``special`` see ``stepping.advance_rows``.
     """
     still_open = 0
-    for row in range(unsigned(low * at.LANES), unsigned(min(high * at.LANES, rows))):
-        s, a, r = locate(row // unsigned(at.LANES), c)
-        lane = row % unsigned(at.LANES)
-        if m[r + at.STATUS + lane] != BEGUN:
-            if m[r + at.STATUS + lane] == WAITING:
+    for row in range(low * at.LANES, min(high * at.LANES, rows)):
+        s, a, r = locate_row(row, c)
+        if m[r + at.STATUS] != BEGUN:
+            if m[r + at.STATUS] == WAITING:
                 keys[EPISODE, row] += np.uint64(1)
-                m[r + at.ATTEMPT + lane] = 0.0
-            if m[r + at.STATUS + lane] <= TO_DRAW:
-                attempt = unsigned(m[r + at.ATTEMPT + lane])
-                world = stream(keys[SEED, row], keys[EPISODE, row], attempt, WORLD)
-                fronts = draw_world(m, s + lane, r + lane, world, keys[EPISODE, row], c, counts, families, special)
-                settle_row(m, s + lane, r + lane, fronts, c)
+                m[r + at.ATTEMPT] = 0.0
+            if m[r + at.STATUS] <= TO_DRAW:
+                world = stream(keys[SEED, row], keys[EPISODE, row], unsigned(m[r + at.ATTEMPT]), WORLD)
+                fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, counts, families, special)
+                settle_row(m, s, r, fronts, c)
                 if special is not None:
-                    begin_shadow(m, s + lane, r + lane)
-            if m[r + at.STATUS + lane] == DECIDED:
-                begin_agents(m, a + lane, r + lane, c)
-            still_open += m[r + at.STATUS + lane] == OPEN
+                    begin_shadow(m, s, r)
+            if m[r + at.STATUS] == DECIDED:
+                begin_agents(m, a, r, c)
+            still_open += m[r + at.STATUS] == OPEN
     return still_open
 
 
@@ -75,34 +73,33 @@ def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> None:
 
     Where only feasible worlds are wanted, an infeasible one is to be drawn anew.
     """
-    trial, tried = np.empty(locate(unsigned(1), c)[0]), np.empty(at.LANES, np.uint64)
+    trial, tried = np.empty(locate(unsigned(1), c)[0]), np.empty(at.LANES, np.int64)
     lanes, end = 0, min(high * at.LANES, rows)
     for row in range(low * at.LANES, end):
-        _, _, r = locate(unsigned(row // at.LANES), c)
-        if m[r + at.STATUS + unsigned(row % at.LANES)] == OPEN:
-            copy_row(m, unsigned(row), trial, unsigned(lanes), c)
+        s, _, r = locate_row(row, c)
+        if m[r + at.STATUS] == OPEN:
+            copy_row(m, s, trial, unsigned(lanes))
             tried[lanes] = row
             lanes += 1
         if (lanes == at.LANES) | (row == end - 1):
             drive_ahead(trial, c, unsigned(lanes))
             for lane in range(lanes):
-                note_verdict(m, tried[lane], trial, unsigned(lane), c)
+                note_verdict(m, tried[lane], trial, lane, c)
             lanes = 0
 
 
 @inner
-def copy_row(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> None:
-    """Copy a row to a lane of the only block of ``trial``."""
-    source = locate(row // unsigned(at.LANES), c)[0] + row % unsigned(at.LANES)
+def copy_row(m: Floats, s: int, trial: Floats, lane: int) -> None:
+    """Copy the row whose numbers begin at ``s`` to a lane of the only block of ``trial``."""
     for field in range(trial.size // at.STRIDE):
-        trial[lane + unsigned(field * at.STRIDE)] = m[source + unsigned(field * at.STRIDE)]
+        trial[lane + unsigned(field * at.STRIDE)] = m[s + unsigned(field * at.STRIDE)]
 
 
 @inner
 def note_verdict(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> None:
     """Take over what was found out about a row in a lane of ``trial``."""
-    r = locate(row // unsigned(at.LANES), c)[2] + row % unsigned(at.LANES)
-    feasible = trial[locate(unsigned(0), c)[2] + at.FEASIBLE + lane]
+    r = locate_row(row, c)[2]
+    feasible = trial[locate_row(lane, c)[2] + at.FEASIBLE]
     again = (c[at.FEASIBLE_ONLY] != 0.0) & (feasible == 0.0)
     m[r + at.FEASIBLE] = feasible
     m[r + at.ATTEMPT] += 1.0 if again else 0.0

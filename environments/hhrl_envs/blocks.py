@@ -10,3 +10,11 @@ def locate(block: int, c: Floats) -> tuple[int, int, int]:
     vehicles, agents = unsigned(c[at.SLOTS]) * at.VEHICLE, unsigned(c[at.AGENTS]) * at.AGENT
     begin = block * (vehicles + agents + at.ROW)
     return begin, begin + vehicles, begin + vehicles + agents
+
+
+@inner
+def locate_row(row: int, c: Floats) -> tuple[int, int, int]:
+    """Return the places of one row: the records of its block, see ``locate``, plus its lane."""
+    s, a, r = locate(unsigned(row // at.LANES), c)
+    lane = unsigned(row % at.LANES)
+    return s + lane, a + lane, r + lane

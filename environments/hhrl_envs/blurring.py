@@ -1,7 +1,7 @@
 """Imperfect sensors: what the agents see is a delayed and noisy version of the truth."""
 
 from hhrl_envs import layout as at
-from hhrl_envs.blocks import locate
+from hhrl_envs.blocks import locate_row
 from hhrl_envs.compiled import Floats, Floats32, Keys, kernel, unsigned
 from hhrl_envs.observation import observe
 from hhrl_envs.sensing import blur, measure
@@ -16,11 +16,10 @@ def blur_rows(
     ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements.
     """
     for row in range(low * at.LANES, min(high * at.LANES, rows)):
-        lane = unsigned(row % at.LANES)
-        s, a, r = locate(unsigned(row // at.LANES), c)
-        step = int(m[r + at.STEPS + lane])
+        s, a, r = locate_row(row, c)
+        step = int(m[r + at.STEPS])
         for agent in range(observations.shape[1]):
-            measure(m, s + lane, a + lane, c, unsigned(1))
-            blur(m, a + lane, history, keys, agent, step, row, c)
-            observe(m, a + lane, observations, agent, unsigned(row), unsigned(1))
+            measure(m, s, a, c, unsigned(1))
+            blur(m, a, history, keys, agent, step, row, c)
+            observe(m, a, observations, agent, unsigned(row), unsigned(1))
             s, a = s + at.VEHICLE, a + at.AGENT

@@ -57,10 +57,8 @@ def surely_survives(m: Floats, s: int, c: Floats) -> bool:
 
     False says nothing.
     """
-    rear, stands = (
-        m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH],
-        m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c),
-    )
+    rear = m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH]
+    stands = m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c)
     return bool((stands < rear) & (stands <= c[at.FARTHEST]))
 
 

@@ -6,9 +6,9 @@ from hhrl_envs import layout as at
 from hhrl_envs.compiled import Floats
 
 
-def _records(size: int) -> int:
-    """Return the number of fields of a record, or the place of a field in it."""
-    return int(size) // at.STRIDE
+def count_fields(offset: int) -> int:
+    """Return how many fields lie before an offset in a record: a field's number, or a record's size."""
+    return int(offset) // at.STRIDE
 
 
 class Memory:
@@ -22,7 +22,7 @@ class Memory:
     def __init__(self, rows: int, slots: int, agents: int) -> None:
         self.rows, self.slots, self.agents = rows, slots, agents
         self.blocks = -(-rows // at.LANES)
-        fields = slots * _records(at.VEHICLE) + agents * _records(at.AGENT) + _records(at.ROW)
+        fields = slots * count_fields(at.VEHICLE) + agents * count_fields(at.AGENT) + count_fields(at.ROW)
         self.numbers: Floats = np.zeros(self.blocks * fields * at.STRIDE)
 
     @property
@@ -32,11 +32,11 @@ class Memory:
 
     def of_row(self, field: int) -> Floats:
         """Return one number of every row, float64 [rows], fresh."""
-        return self.fields[:, _records(field) - _records(at.ROW)].ravel()[: self.rows].copy()
+        return self.fields[:, count_fields(field) - count_fields(at.ROW)].ravel()[: self.rows].copy()
 
     def write_row(self, field: int, values: Floats | float) -> None:
         """Write one number of every row, float64 [rows] or the same for all."""
-        place = _records(field) - _records(at.ROW)
+        place = count_fields(field) - count_fields(at.ROW)
         if isinstance(values, float):
             self.fields[:, place] = values
         else:
@@ -44,27 +44,27 @@ class Memory:
 
     def of_agent(self, agent: int, first: int, count: int) -> Floats:
         """Return ``count`` numbers of one agent from field ``first`` on, float64 [rows, count], fresh."""
-        place = self._agent(agent) + _records(first)
+        place = self._agent(agent) + count_fields(first)
         picked = self.fields[:, place : place + count].swapaxes(1, 2).reshape(-1, count)
         return picked[: self.rows].copy()
 
     def write_targets(self, accelerations: Floats) -> None:
         """Write the agents' target accelerations, float64 [rows, agents]."""
         for agent in range(self.agents):
-            self._write(self._agent(agent) + _records(at.TARGET), accelerations[:, agent])
+            self._write(self._agent(agent) + count_fields(at.TARGET), accelerations[:, agent])
 
     def target(self, agent: int) -> int:
         """Return where in ``numbers`` the target acceleration of an agent in row 0 lies."""
-        return (self._agent(agent) + _records(at.TARGET)) * at.STRIDE
+        return (self._agent(agent) + count_fields(at.TARGET)) * at.STRIDE
 
     def vehicles(self, row: int) -> Floats:
         """Return the records of one row's vehicles, float64 [slots, field], a view."""
-        fields = _records(at.VEHICLE)
+        fields = count_fields(at.VEHICLE)
         block = self.fields[row // at.LANES, : self.slots * fields, row % at.LANES]
         return block.reshape(self.slots, fields)
 
     def _agent(self, agent: int) -> int:
-        return self.slots * _records(at.VEHICLE) + agent * _records(at.AGENT)
+        return self.slots * count_fields(at.VEHICLE) + agent * count_fields(at.AGENT)
 
     def _write(self, place: int, values: Floats) -> None:
         whole, rest = divmod(self.rows, at.LANES)

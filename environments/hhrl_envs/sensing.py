@@ -7,16 +7,9 @@ from hhrl_envs.streams import normal, stream
 MIN_STOPPING_DISTANCE = 0.5  # m; floor of d_ds where it is a denominator
 RATIO_LOW, RATIO_HIGH = -1.0, 10.0
 NOISE = 7  # purpose of the noise streams
-BASE = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    8,
-)  # which of the measured quantities the others derive from: v_e, a_e, j_e, d_f, v_f, a_f, d_d
-SPEEDS, ACCELERATIONS, DISTANCES, POSITIVE = (0, 4), (1, 5), (3, 8), (0, 3, 4)  # among the measured quantities
+# Among the measured quantities: those that the others derive from, and those that share a kind of noise or a sign.
+BASE = (0, 1, 2, 3, 4, 5, 8)
+SPEEDS, ACCELERATIONS, DISTANCES, POSITIVE = (0, 4), (1, 5), (3, 8), (0, 3, 4)
 
 
 @inner

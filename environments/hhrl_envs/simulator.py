@@ -20,13 +20,14 @@ from hhrl_envs.beginning import BEGUN, EPISODE, SEED, begin_rows, decide_rows
 from hhrl_envs.blurring import blur_rows
 from hhrl_envs.compiled import Codes, Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.errors import InputError, require_value
-from hhrl_envs.memory import Memory
+from hhrl_envs.memory import Memory, count_fields
 from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.profiles import describe
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.sensing import BASE
 from hhrl_envs.spares import Spares
 from hhrl_envs.stepping import MOVE, MOVE_AND_SHOW, SHOW, WAITING, advance_rows, aim
+from hhrl_envs.validation import is_integer
 
 MAX_ATTEMPTS = 1000
 
@@ -58,12 +59,9 @@ class Simulator:
     """
 
     def __init__(self, scenario: Scenario | str, num_rows: int, threads: int = 1, learned_fronts: int = 0) -> None:
-        scenario, num_rows, threads = (
-            as_scenario(scenario),
-            as_count(num_rows, "num_rows"),
-            as_count(threads, "threads"),
-        )
+        scenario = as_scenario(scenario)
         learned_fronts = as_learned_fronts(learned_fronts, scenario)
+        num_rows, threads = as_count(num_rows, "num_rows"), as_count(threads, "threads")
         self.scenario, self.num_rows, self.num_agents = scenario, num_rows, 1 + learned_fronts
         self._memory = Memory(num_rows, scenario.num_vehicles + 1, self.num_agents)
         self._numbers, self._constants = self._memory.numbers, scenario.constants(self.num_agents)
@@ -155,14 +153,13 @@ class Simulator:
     def next_episode(self, chosen: Flags | None = None) -> None:
         """Put the chosen rows, bool [B], at the start of the next episode of their seeds; None chooses all."""
         self._require_reset()
-        if chosen is not None:
-            _require_mask(chosen, self.num_rows)
         if chosen is None:
             self._memory.write_row(at.STATUS, WAITING)
-        elif chosen.any():
-            self._memory.write_row(at.STATUS, np.where(chosen, WAITING, BEGUN))
         else:
-            return
+            _require_mask(chosen, self.num_rows)
+            if not chosen.any():
+                return
+            self._memory.write_row(at.STATUS, np.where(chosen, WAITING, BEGUN))
         self._begin()
         self._show(moving=False)
 
@@ -203,11 +200,11 @@ class Simulator:
 
     def active_line(self, row: int) -> float:
         """Return the position of the ego's active stop-line in one row, in metres; ``layout.FAR`` if there is none."""
-        return float(self._vehicles(row)[0, int(at.LINE) // at.STRIDE])
+        return float(self._vehicles(row)[0, count_fields(at.LINE)])
 
     def profiles(self, row: int) -> list[dict[str, float | str]]:
         """Return the behaviour profiles of the front vehicles of one row, nearest first."""
-        fronts, first = self._vehicles(row)[1:-1].tolist(), int(at.PROFILE) // at.STRIDE
+        fronts, first = self._vehicles(row)[1:-1].tolist(), count_fields(at.PROFILE)
         families = self.scenario.traffic.families
         return [describe(front[first:], families) for front in fronts if front[0] < 0.5 * at.FAR]
 
@@ -280,8 +277,7 @@ class Simulator:
 
 
 def _require_index(name: str, value: Any, count: int) -> None:
-    known = isinstance(value, (int, np.integer)) and bool(0 <= value < count)
-    require_value(known, name, value, f"0 to {count - 1}")
+    require_value(is_integer(value) and 0 <= value < count, name, value, f"0 to {count - 1}")
 
 
 def _require_mask(chosen: Any, rows: int) -> None:

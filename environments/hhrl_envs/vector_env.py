@@ -47,7 +47,7 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
             )
         self.num_envs, self.render_mode = as_count(num_envs, "num_envs"), None
         self.scenario = as_scenario(scenario)
-        self.simulator = Simulator(self.scenario, num_envs, as_count(threads, "threads"))
+        self.simulator = Simulator(self.scenario, num_envs, threads)
         self._actions = driver(self.scenario, continuous_actions)
         self.single_observation_space = observation_space(self.scenario)
         self.single_action_space = self._actions.space
