@@ -1,66 +1,97 @@
 """Double DQN, flat and hierarchical: what to choose, and the temporal-difference errors to learn from."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.base import NO_OPTION, Float32Array, IntArray
+from hhrl_agents.base import NO_OPTION, Float32Array, FloatArray, IntArray
 from hhrl_agents.exploration import GREEDY
 from hhrl_agents.methods import Method
-from hhrl_agents.networks import MLP, ActionNetwork, level_shapes, mask_penalty, one_hot
+from hhrl_agents.mlp import MLP, Parameters
+from hhrl_agents.networks import ActionNetwork, mask_penalty, one_hot, subset
 from hhrl_agents.parameters import ParameterStack
-from hhrl_agents.replay import ACTION, OPTION, Batch
+from hhrl_agents.replay import OPTION, Batch
 from hhrl_envs import Scenario
 
 Choices = tuple[IntArray, IntArray]
 """Options and actions, int64 [E, n] each."""
 
 
+class LevelErrors(NamedTuple):
+    """The temporal-difference errors Y - Q of one level's network, and what their gradient needs.
+
+    errors: [E, 1, M]; choices: whose values erred, int64 [E, 1, M]; values: of all choices, [E, C, M]; trace: of the
+    network's forward pass; gradients: where its parameters' gradients belong.
+    """
+
+    errors: Tensor
+    choices: Tensor
+    values: Tensor
+    network: Any
+    trace: Any
+    gradients: Parameters
+
+    def backward(self, part: slice, weights: Tensor) -> FloatArray:
+        """Return the losses float64 [E], the weighted mean squared errors of the columns `part`; write the gradients.
+
+        weights: [E, 1, K] for the K columns of `part`.
+        """
+        errors = self.errors[..., part]
+        weighted = errors * weights
+        slope = torch.zeros_like(self.values[..., part])
+        slope.scatter_(1, self.choices[..., part], weighted * (-2.0 / errors.shape[2]))
+        self.network.backward(self.trace.columns(part), slope, self.gradients)
+        losses: FloatArray = (weighted * errors).mean((1, 2)).cpu().double().numpy()
+        return losses
+
+
 class Algorithm(Protocol):
-    """What the learner's loop asks of a value-learning algorithm for E stacked seeds."""
+    """What the learner's loop asks of a value-learning algorithm for E stacked seeds.
 
-    @property
-    def stacks(self) -> Mapping[str, ParameterStack]:
-        """The parameters of each level's network, the option level first."""
+    levels: the names of what is learned, which begin its parameters' names; choices: what each level chooses from.
+    """
 
-    @property
-    def choices(self) -> Sequence[IntArray]:
-        """What each level chooses from."""
+    levels: Sequence[str]
+    choices: Sequence[IntArray]
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return options and actions, int64 [E, n], for observations [E, n, 11].
 
-        tried: for each of `stacks` the choices [E, n] to try, or `GREEDY` where the highest value decides.
+        tried: for each of `levels` the choices [E, n] to try, or `GREEDY` where the highest value decides.
         """
 
-    def td_errors(self, batch: Batch) -> tuple[Tensor, ...]:
-        """Return for each of `stacks` the errors Y - Q, [E, K], differentiable in Q's online parameters."""
+    def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
+        """Return the errors of each of `levels`."""
 
 
 class DoubleDQN:
     """Flat Double DQN (Eq. (ddqn)): one action-value network, rewarded by the action level's column, r^task."""
 
-    def __init__(self, method: Method, scenario: Scenario, streams: Sequence[np.random.Generator]) -> None:
-        shapes = level_shapes(method, scenario.num_actions)
-        self.stacks = {level: ParameterStack(shapes[level], streams) for level in shapes}
-        self._online, self._both = MLP(self.stacks["action"].online), MLP(self.stacks["action"].both)
+    levels = ("action",)
+
+    def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
+        norm = method.config.layer_norm
+        self._online = MLP(subset(stack.online, "action."), layer_norm=norm)
+        self._both = MLP(subset(stack.both, "action."), layer_norm=norm)
+        self._gradients = subset(stack.gradients, "action.")
+        self._device = stack.flat.device
         self.choices = (np.arange(scenario.num_actions),)
 
-    @torch.no_grad()
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return no options (-1) and the actions; see `Algorithm.choose`."""
-        actions = _greedy_or(tried[0], self._online(torch.from_numpy(observations)))
+        actions = _greedy_or(tried[0], self._online(_columns(observations, self._device)))
         return np.full_like(actions, NO_OPTION), actions
 
-    def td_errors(self, batch: Batch) -> tuple[Tensor, ...]:
+    def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
         """Return the errors of the action values; see `Algorithm.td_errors`."""
-        with torch.no_grad():
-            _, value = double_q(self._both(_twice(batch.next_observations)))
-            target = batch.rewards[ACTION] + batch.discounts * value
-        return (target - _taken(self._online(batch.observations), batch.actions),)
+        _, value = double_q(self._both(_twice(batch.next_observations)))
+        target = batch.action_rewards + batch.discounts * value
+        values, trace = self._online.trace(batch.observations)
+        errors = target - values.gather(1, batch.actions)
+        return (LevelErrors(errors, batch.actions, values, self._online, trace, self._gradients),)
 
 
 class HierarchicalDoubleDQN:
@@ -70,51 +101,58 @@ class HierarchicalDoubleDQN:
     Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network.
     """
 
-    def __init__(self, method: Method, scenario: Scenario, streams: Sequence[np.random.Generator]) -> None:
-        shapes = level_shapes(method, scenario.num_actions)
-        self.stacks = {level: ParameterStack(shapes[level], streams) for level in shapes}
-        option, action = self.stacks["option"], self.stacks["action"]
-        self._option, self._option_both = MLP(option.online), MLP(option.both)
-        self._action, self._action_both = ActionNetwork(action.online), ActionNetwork(action.both)
-        self._penalty = mask_penalty(scenario.option_mask)
+    levels = ("option", "action")
+
+    def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
+        config = method.config
+        self._option, self._option_both = (
+            MLP(subset(parameters, "option."), layer_norm=config.layer_norm)
+            for parameters in (stack.online, stack.both)
+        )
+        self._action, self._action_both = (
+            ActionNetwork(subset(parameters, "action."), config) for parameters in (stack.online, stack.both)
+        )
+        self._gradients = [subset(stack.gradients, f"{level}.") for level in self.levels]
+        self._device = stack.flat.device
+        self._penalty = mask_penalty(scenario.option_mask).to(self._device)
         self.choices = (np.flatnonzero(scenario.option_mask), np.arange(scenario.num_actions))
 
-    @torch.no_grad()
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return the options, and the actions given those; see `Algorithm.choose`."""
-        states = torch.from_numpy(observations)
+        states = _columns(observations, self._device)
         options = _greedy_or(tried[OPTION], self._option(states) + self._penalty)
-        return options, _greedy_or(tried[ACTION], self._action(states, one_hot(torch.from_numpy(options))))
+        given = one_hot(torch.from_numpy(options).to(self._device).unsqueeze(1))
+        return options, _greedy_or(tried[1], self._action(states, given))
 
-    def td_errors(self, batch: Batch) -> tuple[Tensor, ...]:
+    def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
         """Return the errors of the option values and of the action values; see `Algorithm.td_errors`."""
-        with torch.no_grad():
-            following = _twice(batch.next_observations)
-            best, option_value = double_q(self._option_both(following) + self._penalty)
-            _, action_value = double_q(self._action_both(following, _twice(one_hot(best))))
-            option_target = batch.rewards[OPTION] + batch.discounts * option_value
-            action_target = batch.rewards[ACTION] + batch.discounts * action_value
-        option_values = _taken(self._option(batch.observations), batch.options)
-        action_values = _taken(self._action(batch.observations, one_hot(batch.options)), batch.actions)
-        return option_target - option_values, action_target - action_values
+        following = _twice(batch.next_observations)
+        best, option_value = double_q(self._option_both(following) + self._penalty)
+        _, action_value = double_q(self._action_both(following, _twice(one_hot(best))))
+        values, trace = self._option.trace(batch.observations)
+        errors = batch.option_rewards + batch.discounts * option_value - values.gather(1, batch.options)
+        option = LevelErrors(errors, batch.options, values, self._option, trace, self._gradients[0])
+        values, trace = self._action.trace(batch.observations, one_hot(batch.options))
+        errors = batch.action_rewards + batch.discounts * action_value - values.gather(1, batch.actions)
+        return option, LevelErrors(errors, batch.actions, values, self._action, trace, self._gradients[1])
 
 
 def double_q(values: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the online network's best choice [E, K] and the target network's value of it [E, K].
+    """Return the online network's best choice, int64 [E, 1, K], and the target network's value of it, [E, 1, K].
 
-    values: [2E, K, C], the online networks' of every seed, then the target networks'.
+    values: [2E, C, K], the online networks' of every seed, then the target networks'.
     """
     online, target = values.chunk(2)
-    best = online.argmax(-1)
-    return best, _taken(target, best)
+    best = online.max(1, keepdim=True).indices
+    return best, target.gather(1, best)
 
 
 def _greedy_or(tried: IntArray, values: Tensor) -> IntArray:
-    return np.where(tried == GREEDY, values.argmax(-1).numpy(), tried)
+    return np.where(tried == GREEDY, values.max(1).indices.cpu().numpy(), tried)
 
 
-def _taken(values: Tensor, choices: Tensor) -> Tensor:
-    return values.gather(-1, choices.unsqueeze(-1)).squeeze(-1)
+def _columns(observations: Float32Array, device: torch.device) -> Tensor:
+    return torch.from_numpy(observations).to(device).transpose(1, 2)
 
 
 def _twice(tensor: Tensor) -> Tensor:

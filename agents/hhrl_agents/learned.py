@@ -9,7 +9,8 @@ from torch import Tensor
 
 from hhrl_agents.base import NO_OPTION, BoolArray, Decision, Float32Array, IntArray
 from hhrl_agents.methods import Method
-from hhrl_agents.networks import MLP, ActionNetwork, Parameters, mask_penalty, one_hot, subset
+from hhrl_agents.mlp import MLP, Parameters
+from hhrl_agents.networks import ActionNetwork, mask_penalty, one_hot, subset
 from hhrl_envs import Scenario
 
 Metadata = Mapping[str, Any]
@@ -29,7 +30,7 @@ class LearnedAgent:
         self._build()
 
     def _build(self) -> None:
-        self._flat = MLP(subset(self.parameters, "action."))
+        self._flat = MLP(subset(self.parameters, "action."), layer_norm=self.method.config.layer_norm)
 
     def reset(self, mask: BoolArray) -> None:
         """Return nothing: the policy remembers nothing."""
@@ -45,8 +46,8 @@ class HierarchicalLearnedAgent(LearnedAgent):
     """A hierarchical agent that takes the option of the highest value, then the action of the highest value for it."""
 
     def _build(self) -> None:
-        self._option = MLP(subset(self.parameters, "option."))
-        self._action = ActionNetwork(subset(self.parameters, "action."))
+        self._option = MLP(subset(self.parameters, "option."), layer_norm=self.method.config.layer_norm)
+        self._action = ActionNetwork(subset(self.parameters, "action."), self.method.config)
         self._penalty = mask_penalty(self.scenario.option_mask)
 
     @torch.no_grad()
@@ -63,7 +64,7 @@ class HierarchicalLearnedAgent(LearnedAgent):
     @torch.no_grad()
     def attention(self, observations: Float32Array, option: IntArray) -> Float32Array:
         """Return the attention I(s, o) on the 11 state elements, float32 [B, 11], each row summing to 1."""
-        weights: Float32Array = self._action.attention(_states(observations), _options(option))[0].numpy()
+        weights: Float32Array = self._action.attention(_states(observations), _options(option))[0].T.numpy()
         return weights
 
 
@@ -89,13 +90,13 @@ def make_agent(method: Method, scenario: Scenario, parameters: Parameters, metad
 
 
 def _states(observations: Float32Array) -> Tensor:
-    return torch.from_numpy(np.array(observations, np.float32, order="C")).unsqueeze(0)
+    return torch.from_numpy(np.array(observations, np.float32, order="C")).unsqueeze(0).transpose(1, 2)
 
 
 def _options(option: IntArray) -> Tensor:
-    return one_hot(torch.tensor(option)).unsqueeze(0)
+    return one_hot(torch.tensor(option).view(1, 1, -1))
 
 
 def _best(values: Tensor) -> IntArray:
-    best: IntArray = values[0].argmax(-1).numpy()
+    best: IntArray = values[0].max(0).indices.numpy()
     return best

@@ -7,18 +7,24 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from hhrl_agents.adam import Adam
 from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN
 from hhrl_agents.base import FloatArray, IntArray
 from hhrl_agents.exploration import Explorer
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
 from hhrl_agents.learning_rewards import discounts, level_rewards
 from hhrl_agents.methods import Method
+from hhrl_agents.multistep import MultiStep
+from hhrl_agents.networks import method_shapes
+from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.replay import ReplayBuffer, Transitions
-from hhrl_agents.sampling import HierarchicalPrioritizedSampler, Sampler, UniformSampler
+from hhrl_agents.sampling import make_sampler
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.errors import InputError
 from hhrl_envs.observation import SIZE
+
+ALGORITHMS = {False: DoubleDQN, True: HierarchicalDoubleDQN}
 
 
 @dataclass(frozen=True)
@@ -47,19 +53,27 @@ class Learner:
     """
 
     def __init__(
-        self, method: Method, scenario: Scenario, seeds: Sequence[int], world_seeds: npt.NDArray[np.uint64]
+        self,
+        method: Method,
+        scenario: Scenario,
+        seeds: Sequence[int],
+        world_seeds: npt.NDArray[np.uint64],
+        device: str = "cpu",
     ) -> None:
         config = method.config
         if np.shape(world_seeds) != (len(seeds), config.n_envs):
             raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {(len(seeds), config.n_envs)}")
         self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
         self.env_steps = self.updates = 0
-        kind = HierarchicalDoubleDQN if method.hierarchical else DoubleDQN
-        self.algorithm: Algorithm = kind(method, scenario, generators(seeds, Purpose.INITIALISATION))
-        self._stacks = list(self.algorithm.stacks.values())
-        self._optimiser = torch.optim.Adam([stack.flat for stack in self._stacks], lr=config.learning_rate, fused=True)
-        self._replay = ReplayBuffer(len(seeds), config.n_envs, config.replay_capacity)
-        self._sampler = self._make_sampler()
+        shapes, place = method_shapes(method, scenario.num_actions), torch.device(device)
+        self.stack = ParameterStack(shapes, generators(seeds, Purpose.INITIALISATION), place)
+        self.algorithm: Algorithm = ALGORITHMS[method.hierarchical](method, scenario, self.stack)
+        levels = self.algorithm.levels
+        parts = [self.stack.part(f"{level}.") for level in levels]
+        self._optimiser = Adam(self.stack.flat, parts, config.max_gradient_norm)
+        self._replay = ReplayBuffer(len(seeds), config.n_envs, config.replay_capacity, place)
+        self._sampler = make_sampler(method, generators(seeds, Purpose.REPLAY), len(levels), self._replay.capacity)
+        self._multistep = MultiStep(config.n_steps)
         self._explorers = self._make_explorers()
         self._simulator = Simulator(scenario, len(seeds) * config.n_envs)
         self._simulator.reset(world_seeds.reshape(-1))
@@ -75,9 +89,9 @@ class Learner:
         for done in range(0, env_steps, config.n_envs):
             share = done / env_steps
             self._interact(linear(1.0, config.final_epsilon, share / config.exploration_share))
-            self._set_learning_rate(linear(config.learning_rate, config.final_learning_rate, share))
+            learning_rate = linear(config.learning_rate, config.final_learning_rate, share)
             while self._update_is_due():
-                self._update()
+                self._update(learning_rate)
             last = done + config.n_envs >= env_steps
             if last or self.env_steps % config.report_every < config.n_envs:
                 yield self._report()
@@ -101,7 +115,9 @@ class Learner:
             discounts(self.method, simulator).reshape(shape),
             simulator.observations.reshape(*shape, SIZE),
         )
-        self._sampler.added(self._replay.add(step))
+        joined = self._multistep.push(step, (simulator.outcomes != Outcome.RUNNING).reshape(shape))
+        if joined is not None:
+            self._sampler.added(self._replay.add(joined))
         self._count_outcomes()
         simulator.reset_done()
         self.env_steps += shape[1]
@@ -110,46 +126,27 @@ class Learner:
         config = self.method.config
         return self.updates * config.steps_per_update < self.env_steps - config.warmup
 
-    def _update(self) -> None:
+    def _update(self, learning_rate: float) -> None:
         """Take one gradient step at every level of every seed."""
         config = self.method.config
         draw = self._sampler.draw(self._replay.stored)
-        errors = self.algorithm.td_errors(self._replay.gather(draw.indices))
-        for level, (stack, error) in enumerate(zip(self._stacks, errors, strict=True)):
-            weights = torch.from_numpy(draw.weights[level % len(draw.weights)])
-            losses = (weights * error.square()).sum(-1) / config.batch_size
-            stack.set_gradients(losses, config.max_gradient_norm)
-            self._losses[level] += losses.detach().numpy()
-        self._optimiser.step()
-        self._sampler.update(draw.indices, np.stack([error.detach().abs().numpy() for error in errors]))
+        levels = self.algorithm.td_errors(self._replay.gather(draw.indices))
+        for index, (level, part, weights) in enumerate(zip(levels, draw.parts, draw.weights, strict=True)):
+            self._losses[index] += level.backward(part, torch.from_numpy(weights).to(self.stack.flat.device))
+        self._optimiser.step(self.stack.gradient, learning_rate)
+        errors = np.stack([level.errors[:, 0].abs().cpu().numpy() for level in levels])
+        self._sampler.update(draw.indices, errors.astype(np.float64))
         self.updates += 1
         if self.updates % config.target_interval == 0:
-            for stack in self._stacks:
-                stack.copy_to_target()
-
-    def _set_learning_rate(self, learning_rate: float) -> None:
-        for group in self._optimiser.param_groups:
-            group["lr"] = learning_rate
-
-    def _make_sampler(self) -> Sampler:
-        streams, config = generators(self.seeds, Purpose.REPLAY), self.method.config
-        if self.method.hierarchical_per:
-            return HierarchicalPrioritizedSampler(streams, self._replay.capacity, config)
-        return UniformSampler(streams, config.batch_size)
+            self.stack.move_target(config.target_rate)
 
     def _make_explorers(self) -> list[Explorer]:
         streams, config = generators(self.seeds, Purpose.EXPLORATION), self.method.config
         return [Explorer(streams, config.n_envs, found, config.exploration_hold) for found in self.algorithm.choices]
 
     def _policy(self, index: int, seed: int) -> LearnedAgent:
-        parameters = {
-            f"{level}.{name}": value
-            for level, stack in self.algorithm.stacks.items()
-            for name, value in stack.snapshot(index).items()
-        }
-        return make_agent(
-            self.method, self.scenario, parameters, describe(self.method, self.scenario, seed, self.env_steps)
-        )
+        metadata = describe(self.method, self.scenario, seed, self.env_steps)
+        return make_agent(self.method, self.scenario, self.stack.snapshot(index), metadata)
 
     def _count_outcomes(self) -> None:
         rows = np.flatnonzero(self._simulator.outcomes != Outcome.RUNNING)
@@ -158,14 +155,14 @@ class Learner:
     def _report(self) -> Progress:
         with np.errstate(invalid="ignore"):
             means = self._losses / (self.updates - self._reported_updates)
-        losses = dict(zip(self.algorithm.stacks, means, strict=True))
+        losses = dict(zip(self.algorithm.levels, means, strict=True))
         report = Progress(self.env_steps, self.updates, losses, self._outcome_counts)
         self._clear_meters()
         return report
 
     def _clear_meters(self) -> None:
         self._reported_updates = self.updates
-        self._losses = np.zeros((len(self._stacks), len(self.seeds)))
+        self._losses = np.zeros((len(self.algorithm.levels), len(self.seeds)))
         self._outcome_counts = np.zeros((len(self.seeds), len(Outcome)), np.int64)
 
 

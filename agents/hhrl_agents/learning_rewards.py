@@ -6,20 +6,24 @@ from hhrl_agents.base import FloatArray, IntArray
 from hhrl_agents.methods import Method
 from hhrl_agents.replay import ACTION, OPTION
 from hhrl_envs import Outcome, Simulator
-from hhrl_envs.rewards import TIMEOUT
+from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
 
 
 def level_rewards(method: Method, simulator: Simulator, options: IntArray) -> FloatArray:
     """Return the scaled rewards of both levels for the last step, float64 [B, 2], given the selected options [B].
 
-    With the hybrid reward they are r^option and r^action of the selected option, otherwise r^task twice. Where a time
-    limit counts as truncation its penalty, part of all of them, is left out.
+    With the hybrid reward they are r^option and r^action of the selected option, otherwise r^task twice. Algorithm 2
+    (`credit`) is the other way round: a failure of the selected sub-goal is the option's fault, of the other one the
+    action's. Where a time limit counts as truncation its penalty, part of all of them, is left out.
     """
     rewards = np.empty((simulator.num_rows, 2))
     if method.hybrid_reward:
         rows = np.arange(simulator.num_rows)
         rewards[:, OPTION] = simulator.reward_option[rows, options]
         rewards[:, ACTION] = simulator.reward_action[rows, options]
+        if method.config.credit == "algorithm-2":
+            unsmooth = simulator.terms[:, UNSMOOTH]
+            rewards = rewards[:, ::-1] + np.stack((-unsmooth, unsmooth), axis=1)
     else:
         rewards[:] = simulator.rewards[:, None]
     if method.config.timeout == "truncation":

@@ -8,6 +8,13 @@ from typing import Any, Literal
 
 from hhrl_envs.errors import InputError, require_value
 
+_READINGS = {
+    "timeout": ("truncation", "terminal"),
+    "priority": ("clip", "shift"),
+    "attended": ("state", "linear"),
+    "credit": ("equations", "algorithm-2"),
+}
+
 
 @dataclass(frozen=True)
 class LearnerConfig:
@@ -20,7 +27,13 @@ class LearnerConfig:
         batch_size: transitions for each level's gradient step.
         replay_capacity: transitions kept.
         warmup: environment steps of random actions before the first gradient step.
-        target_interval: gradient steps between copies to the target networks (1: the paper's "every call").
+        target_interval: gradient steps between two moves of the target networks.
+        target_rate: share by which a move brings their parameters towards the online ones: 1 copies them (with
+            `target_interval` = 1 at every call, the paper's literal reading), little at every step is Polyak averaging.
+        layer_norm: normalise what enters every ReLU.
+        attended: what the attention multiplies: the "state" (the text), or the "linear" layer of it (Figure 2).
+        credit: whose fault the failure of a sub-goal is, by the reward "equations" or by "algorithm-2".
+        n_steps: steps of reward in a target before it bootstraps.
         learning_rate, final_learning_rate: Adam's, changed linearly over the training budget.
         max_gradient_norm: bound of each network's gradient, for each seed by itself.
         gamma: discount of one step.
@@ -44,6 +57,11 @@ class LearnerConfig:
     replay_capacity: int = 100_000
     warmup: int = 2_000
     target_interval: int = 100
+    target_rate: float = 1.0
+    layer_norm: bool = False
+    attended: Literal["state", "linear"] = "state"
+    credit: Literal["equations", "algorithm-2"] = "equations"
+    n_steps: int = 1
     learning_rate: float = 1e-3
     final_learning_rate: float = 5e-5
     max_gradient_norm: float = 5.0
@@ -61,7 +79,15 @@ class LearnerConfig:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        counts = ("n_envs", "steps_per_update", "batch_size", "target_interval", "exploration_hold", "report_every")
+        counts = (
+            "n_envs",
+            "steps_per_update",
+            "batch_size",
+            "target_interval",
+            "exploration_hold",
+            "report_every",
+            "n_steps",
+        )
         for name in counts:
             self._require(name, getattr(self, name) >= 1, "a whole number, at least 1")
         positive = ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale", "priority_floor")
@@ -72,8 +98,9 @@ class LearnerConfig:
         self._require("hidden", len(self.hidden) > 0 and min(self.hidden) > 0, "one or more positive layer widths")
         self._require("warmup", self.warmup >= self.n_envs, f"at least n_envs ({self.n_envs})")
         self._require("replay_capacity", self.replay_capacity >= self.warmup, f"at least warmup ({self.warmup})")
-        self._require("timeout", self.timeout in {"truncation", "terminal"}, "truncation or terminal")
-        self._require("priority", self.priority in {"clip", "shift"}, "clip or shift")
+        self._require("target_rate", 0 < self.target_rate <= 1, "a number in (0, 1]")
+        for name, readings in _READINGS.items():
+            self._require(name, getattr(self, name) in readings, " or ".join(readings))
 
     def _require(self, name: str, holds: bool, allowed: str) -> None:
         require_value(holds, name, repr(getattr(self, name)), allowed)
@@ -87,7 +114,7 @@ class Method:
         id: the name that the command line and the leaderboard use.
         hierarchical: an option level over the action level; the switches below need it.
         hybrid_reward: r^option and r^action at their levels instead of r^task at both.
-        hierarchical_per: hierarchical prioritised replay instead of uniform replay.
+        replay: how mini-batches are drawn: "uniform", "prioritised" by all levels' errors together, or "hierarchical".
         attention: the attention I(s, o) before the action network.
         config: every hyperparameter.
     """
@@ -95,13 +122,17 @@ class Method:
     id: str
     hierarchical: bool = False
     hybrid_reward: bool = False
-    hierarchical_per: bool = False
+    replay: Literal["uniform", "prioritised", "hierarchical"] = "uniform"
     attention: bool = False
     config: LearnerConfig = field(default_factory=LearnerConfig)
 
     def __post_init__(self) -> None:
         """Reject switches that a flat method does not have."""
-        if not self.hierarchical and (self.hybrid_reward or self.hierarchical_per or self.attention):
+        if self.replay not in {"uniform", "prioritised", "hierarchical"}:
+            raise InputError(
+                f"method {self.id!r} has replay {self.replay!r}; write uniform, prioritised or hierarchical"
+            )
+        if not self.hierarchical and (self.hybrid_reward or self.replay == "hierarchical" or self.attention):
             raise InputError(f"method {self.id!r} is flat; write hierarchical=True to use a switch of the hierarchy")
 
     @property

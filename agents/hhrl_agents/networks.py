@@ -1,61 +1,51 @@
-"""Value networks for stacked seeds: every layer holds E independent weight matrices, [E, in, out].
+"""The value networks of Figure 2 for stacked seeds: option values from states, action values from states and options.
 
 Networks are plain functions of a mapping from parameter names to tensors, so that the same code evaluates online and
-target parameters, one seed or many.
+target parameters, one seed or many. States are columns, [E, 11, K], and so are values; see `hhrl_agents.mlp`.
 """
 
 from collections.abc import Mapping
-from itertools import pairwise
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
-from hhrl_agents.methods import Method
+from hhrl_agents.methods import LearnerConfig, Method
+from hhrl_agents.mlp import MLP, Parameters, Shapes, Trace, linear, linear_backward, mlp_shapes
 from hhrl_envs import Option
 from hhrl_envs.observation import SIZE
 
-Parameters = Mapping[str, Tensor]
-Shapes = dict[str, tuple[int, int]]
-
 NUM_OPTIONS = len(Option)
-_OPTIONS = torch.arange(NUM_OPTIONS)
 
 
-def mlp_shapes(*sizes: int) -> Shapes:
-    """Return the parameter shapes of fully connected layers with `sizes` units, inputs first; biases are [1, out]."""
-    shapes: Shapes = {}
-    for layer, (fan_in, fan_out) in enumerate(pairwise(sizes)):
-        shapes[f"{layer}.weight"] = (fan_in, fan_out)
-        shapes[f"{layer}.bias"] = (1, fan_out)
-    return shapes
+class ActionTrace(NamedTuple):
+    """What a forward pass leaves for `ActionNetwork.backward`: states, one-hot options, attention, s^I, and layers."""
 
+    states: Tensor
+    options: Tensor
+    weights: Tensor | None
+    attended: Tensor
+    values: Trace
 
-class MLP:
-    """Fully connected layers: ReLU inside, linear at the end."""
-
-    def __init__(self, parameters: Parameters) -> None:
-        depth = sum(name.endswith(".weight") for name in parameters)
-        layers = [(parameters[f"{layer}.weight"], parameters[f"{layer}.bias"]) for layer in range(depth)]
-        self._hidden, self._last = layers[:-1], layers[-1]
-
-    def __call__(self, inputs: Tensor) -> Tensor:
-        """Return the last layer's outputs [E, B, out] for inputs [E, B, in]."""
-        for weight, bias in self._hidden:
-            inputs = torch.baddbmm(bias, inputs, weight).relu_()
-        weight, bias = self._last
-        return torch.baddbmm(bias, inputs, weight)
+    def columns(self, part: slice) -> "ActionTrace":
+        """Return the trace of these columns alone."""
+        weights = None if self.weights is None else self.weights[..., part]
+        state, option, attended = self.states[..., part], self.options[..., part], self.attended[..., part]
+        return ActionTrace(state, option, weights, attended, self.values.columns(part))
 
 
 class ActionNetwork:
     """Q^a of Figure 2: attention over the state elements given the option, then fully connected layers.
 
-    w = softmax(Linear(s) + Linear(o)) and s^I = 11 w * s, so that uniform attention leaves the state as it is. Without
-    attention s^I = s. The layers read s^I beside the one-hot option.
+    w = softmax(Linear(s) + Linear(o)) and s^I = 11 w * s, so that uniform attention leaves the state as it is;
+    `config.attended` = "linear" is the figure's literal s^I = 11 w * Linear(s). Without attention s^I = s. The layers
+    read s^I beside the one-hot option.
     """
 
-    def __init__(self, parameters: Parameters) -> None:
-        self._values = MLP(subset(parameters, "values."))
+    def __init__(self, parameters: Parameters, config: LearnerConfig) -> None:
+        self._values = MLP(subset(parameters, "values."), layer_norm=config.layer_norm)
         self._attention = subset(parameters, "attention.")
+        self._of_linear = config.attended == "linear"
 
     @staticmethod
     def shapes(hidden: tuple[int, ...], num_actions: int, *, attention: bool) -> Shapes:
@@ -69,20 +59,42 @@ class ActionNetwork:
         return shapes
 
     def attention(self, states: Tensor, options: Tensor) -> Tensor:
-        """Return the attention weights I(s, o), [E, B, 11], each row summing to 1; uniform without attention.
+        """Return the attention weights I(s, o), [E, 11, K], each column summing to 1; uniform without attention.
 
-        states: [E, B, 11]; options: one-hot [E, B, 2].
+        states: [E, 11, K]; options: one-hot [E, 2, K].
         """
-        if not self._attention:
-            return torch.full_like(states, 1 / SIZE)
-        scores = torch.baddbmm(self._attention["state.bias"], states, self._attention["state.weight"])
-        return torch.baddbmm(scores, options, self._attention["option.weight"]).softmax(-1)
+        return self._attend(states, options)[0] if self._attention else torch.full_like(states, 1 / SIZE)
 
     def __call__(self, states: Tensor, options: Tensor) -> Tensor:
-        """Return Q^a(s^I, o, .), [E, B, A], for states [E, B, 11] and one-hot options [E, B, 2]."""
-        if self._attention:
-            states = SIZE * self.attention(states, options) * states
-        return self._values(torch.cat((states, options), -1))
+        """Return Q^a(s^I, o, .), [E, A, K], for states [E, 11, K] and one-hot options [E, 2, K]."""
+        return self.trace(states, options)[0]
+
+    def trace(self, states: Tensor, options: Tensor) -> tuple[Tensor, ActionTrace]:
+        """Return the action values, and what `backward` needs."""
+        weights, attended = self._attend(states, options) if self._attention else (None, states)
+        values, trace = self._values.trace(torch.cat((attended, options), 1))
+        return values, ActionTrace(states, options, weights, attended, trace)
+
+    def backward(self, trace: ActionTrace, values_grad: Tensor, gradients: Parameters) -> None:
+        """Return nothing; write the parameters' gradients for the gradient by the values, [E, A, K]."""
+        grad = self._values.backward(trace.values, values_grad, subset(gradients, "values."))
+        if trace.weights is None:
+            return
+        attended_grad = torch.bmm(self._values.weights[0][:, :SIZE], grad)
+        share = attended_grad * trace.attended
+        scores_grad = share.addcmul(trace.weights, share.sum(1, keepdim=True), value=-1.0)
+        into = subset(gradients, "attention.")
+        linear_backward(trace.options, scores_grad, into["option.weight"])
+        if self._of_linear:
+            scores_grad = scores_grad.addcmul_(attended_grad, trace.weights, value=SIZE)
+        linear_backward(trace.states, scores_grad, into["state.weight"], into["state.bias"])
+
+    def _attend(self, states: Tensor, options: Tensor) -> tuple[Tensor, Tensor]:
+        """Return I(s, o) and s^I, [E, 11, K] each."""
+        by_name = self._attention
+        scored = linear(by_name["state.weight"], by_name["state.bias"].transpose(1, 2), states)
+        weights = linear(by_name["option.weight"], scored, options).softmax(1)
+        return weights, (weights * (scored if self._of_linear else states)).mul_(SIZE)
 
 
 def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:
@@ -90,20 +102,21 @@ def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:
     return {name.removeprefix(prefix): value for name, value in parameters.items() if name.startswith(prefix)}
 
 
-def level_shapes(method: Method, num_actions: int) -> dict[str, Shapes]:
-    """Return the parameter shapes of each level's network: `option` and `action`; a flat method has `action` alone."""
+def method_shapes(method: Method, num_actions: int) -> Shapes:
+    """Return the parameter shapes of all networks: those of `option.`, where there is one, then those of `action.`."""
     hidden = method.config.hidden
-    if not method.hierarchical:
-        return {"action": mlp_shapes(SIZE, *hidden, num_actions)}
-    action = ActionNetwork.shapes(hidden, num_actions, attention=method.attention)
-    return {"option": mlp_shapes(SIZE, *hidden, NUM_OPTIONS), "action": action}
+    levels: Mapping[str, Shapes] = {"action": mlp_shapes(SIZE, *hidden, num_actions)}
+    if method.hierarchical:
+        action = ActionNetwork.shapes(hidden, num_actions, attention=method.attention)
+        levels = {"option": mlp_shapes(SIZE, *hidden, NUM_OPTIONS), "action": action}
+    return {f"{level}.{name}": shape for level, shapes in levels.items() for name, shape in shapes.items()}
 
 
 def one_hot(options: Tensor) -> Tensor:
-    """Return float32 [..., 2] for integer options [...]."""
-    return (options.unsqueeze(-1) == _OPTIONS).float()
+    """Return float32 [E, 2, K] for integer options [E, 1, K]."""
+    return (options == torch.arange(NUM_OPTIONS, device=options.device).unsqueeze(1)).float()
 
 
 def mask_penalty(option_mask: tuple[bool, ...]) -> Tensor:
-    """Return what to add to option values so that no absent option is the best, float32 [2]: 0 or minus infinity."""
-    return torch.where(torch.tensor(option_mask), 0.0, -torch.inf)
+    """Return what to add to option values so that no absent option is the best, float32 [2, 1]: 0 or -infinity."""
+    return torch.where(torch.tensor(option_mask), 0.0, -torch.inf).unsqueeze(1)

@@ -1,7 +1,7 @@
-"""The parameters of one network for E seeds, online and target, in one flat tensor.
+"""The parameters of all networks for E seeds, online and target, with their gradients, each in one flat tensor.
 
-The parameters of all layers are views of it, so that clipping, Adam's step and the copy to the target cost a few
-operations however many layers and seeds there are.
+The parameters of all layers are views of it, so that clipping, the optimiser's step and the copy to the target cost a
+few operations however many layers and seeds there are.
 """
 
 from collections.abc import Sequence
@@ -12,39 +12,41 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.base import Float32Array
-from hhrl_agents.networks import Shapes
+from hhrl_agents.mlp import Shapes
 
 
 class ParameterStack:
-    """Online and target parameters of one network for a stack of E seeds, P numbers each.
+    """Online and target parameters for a stack of E seeds, P numbers each, on one device.
 
-    online: name -> leaf tensor [E, in, out].
-    both: name -> tensor [2E, in, out] without gradient: the online parameters of every seed, then the target's.
-    flat: all online parameters [E, P], for the optimiser.
+    flat, target, gradient: all online parameters, all target parameters, and the gradient by the online ones, [E, P].
+    online, gradients: name -> views [E, in, out] of them.
+    both: name -> tensor [2E, in, out]: the online parameters of every seed, then the target's.
     """
 
-    def __init__(self, shapes: Shapes, streams: Sequence[np.random.Generator]) -> None:
+    def __init__(self, shapes: Shapes, streams: Sequence[np.random.Generator], device: torch.device) -> None:
         initial = np.stack([_initial(shapes, stream) for stream in streams])
-        self._storage = torch.from_numpy(np.stack((initial, initial)))
+        storage = torch.from_numpy(np.stack((initial, initial))).to(device)
         self._shapes = shapes
-        self.flat = torch.nn.Parameter(self._storage[0])
-        self.both = _views(self._storage.flatten(0, 1), shapes)
-        self.online = {name: view.requires_grad_() for name, view in _views(self._storage[0], shapes).items()}
+        self.flat, self.target = storage
+        self.gradient = torch.zeros_like(self.flat)
+        self.online = _views(self.flat, shapes)
+        self.both = _views(storage.flatten(0, 1), shapes)
+        self.gradients = _views(self.gradient, shapes)
 
-    def set_gradients(self, losses: Tensor, max_norm: float) -> None:
-        """Return nothing; give `flat` the gradient of the summed losses [E], each seed's norm at most `max_norm`."""
-        parts = torch.autograd.grad(losses.sum(), list(self.online.values()))
-        gradient = torch.cat([part.flatten(1) for part in parts], dim=1)
-        norms = torch.linalg.vector_norm(gradient, dim=1, keepdim=True)
-        self.flat.grad = gradient.mul_((max_norm / (norms + 1e-6)).clamp_(max=1.0))
+    def part(self, prefix: str) -> slice:
+        """Return where in `flat` the parameters lie whose names start with `prefix`."""
+        sizes = [prod(shape) * name.startswith(prefix) for name, shape in self._shapes.items()]
+        before = [prod(shape) for name, shape in self._shapes.items()]
+        first = next(index for index, size in enumerate(sizes) if size)
+        return slice(sum(before[:first]), sum(before[:first]) + sum(sizes))
 
-    def copy_to_target(self) -> None:
-        """Return nothing; set the target's parameters to the online ones."""
-        self._storage[1] = self._storage[0]
+    def move_target(self, rate: float) -> None:
+        """Return nothing; move the target's parameters by the share `rate` towards the online ones; 1 copies them."""
+        self.target.lerp_(self.flat, rate) if rate < 1.0 else self.target.copy_(self.flat)
 
     def snapshot(self, seed_index: int) -> dict[str, Tensor]:
-        """Return a copy of one seed's online parameters, name -> [1, in, out]."""
-        views = _views(self._storage[0, seed_index : seed_index + 1], self._shapes)
+        """Return a copy of one seed's online parameters on the CPU, name -> [1, in, out]."""
+        views = _views(self.flat[seed_index : seed_index + 1].cpu(), self._shapes)
         return {name: view.clone(memory_format=torch.contiguous_format) for name, view in views.items()}
 
 

@@ -16,9 +16,9 @@ _ALL = (
     Method("ddqn"),
     Method("hrl-0", hierarchical=True),
     Method("hrl-1", hierarchical=True, hybrid_reward=True),
-    Method("hrl-2", hierarchical=True, hybrid_reward=True, hierarchical_per=True),
+    Method("hrl-2", hierarchical=True, hybrid_reward=True, replay="hierarchical"),
     Method("hrl-3", hierarchical=True, hybrid_reward=True, attention=True),
-    Method("hybrid-hrl", hierarchical=True, hybrid_reward=True, hierarchical_per=True, attention=True),
+    Method("hybrid-hrl", hierarchical=True, hybrid_reward=True, replay="hierarchical", attention=True),
 )
 
 METHODS: Mapping[str, Method] = MappingProxyType({method.id: method for method in _ALL})

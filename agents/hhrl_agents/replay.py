@@ -34,55 +34,60 @@ class Transitions(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """A mini-batch of K transitions for each of E seeds, as tensors shaped as in `Transitions`; rewards [2, E, K]."""
+    """Mini-batches of M transitions for each of E seeds, as columns: each is one [E, features, M].
+
+    observations, next_observations: [E, 11, M]; options, actions (int64), option_rewards, action_rewards, discounts:
+    [E, 1, M].
+    """
 
     observations: Tensor
     options: Tensor
     actions: Tensor
-    rewards: Tensor
+    option_rewards: Tensor
+    action_rewards: Tensor
     discounts: Tensor
     next_observations: Tensor
 
 
 class ReplayBuffer:
-    """A ring of `capacity` transitions a seed, rounded down to whole steps of `n_envs` environments.
+    """A ring of `capacity` transitions a seed, rounded down to whole steps of `n_envs` environments, on one device.
 
     All seeds step together, so one position and one count (`stored`) serve them all.
     """
 
-    def __init__(self, num_seeds: int, n_envs: int, capacity: int) -> None:
+    def __init__(self, num_seeds: int, n_envs: int, capacity: int, device: torch.device) -> None:
         self.capacity = capacity - capacity % n_envs
         self.stored = 0
         self._position = 0
-        self._rows = np.zeros((num_seeds, self.capacity, _WIDTH), np.float32)
-        self._table = torch.from_numpy(self._rows).view(-1, _WIDTH)
+        self._rows = torch.zeros((num_seeds, self.capacity, _WIDTH), device=device)
         self._first_rows = np.arange(num_seeds)[:, None] * self.capacity
 
     def add(self, step: Transitions) -> IntArray:
         """Return the indices [n] at which every seed's n transitions are now stored, in place of the oldest."""
-        count = step.actions.shape[1]
-        indices = np.arange(self._position, self._position + count)
-        rows = self._rows[:, self._position : self._position + count]
+        rows = np.empty((*step.actions.shape, _WIDTH), np.float32)
         rows[..., _OBSERVATION] = step.observations
         rows[..., _NEXT] = step.next_observations
         rows[..., _REWARDS] = step.rewards
         rows[..., _DISCOUNT] = step.discounts
         rows[..., _OPTION] = step.options
         rows[..., _ACTION] = step.actions
-        self._position = (self._position + count) % self.capacity
+        first, count = self._position, rows.shape[1]
+        self._rows[:, first : first + count] = torch.from_numpy(rows)
+        self._position = (first + count) % self.capacity
         self.stored = min(self.stored + count, self.capacity)
-        return indices
+        return np.arange(first, first + count)
 
     def gather(self, indices: IntArray) -> Batch:
-        """Return the transitions at `indices`, int64 [E, K], each row from its seed's own ring."""
-        flat = torch.from_numpy((indices + self._first_rows).reshape(-1))
-        rows = self._table.index_select(0, flat).view(*indices.shape, _WIDTH)
-        choices = rows[..., _OPTION:].long()
+        """Return the transitions at `indices`, int64 [E, M], each column from its seed's own ring."""
+        flat = torch.from_numpy((indices + self._first_rows).reshape(-1)).to(self._rows.device)
+        rows = self._rows.view(-1, _WIDTH).index_select(0, flat).view(*indices.shape, _WIDTH).transpose(1, 2)
+        choices = rows[:, _OPTION:].long()
         return Batch(
-            observations=rows[..., _OBSERVATION],
-            options=choices[..., 0],
-            actions=choices[..., 1],
-            rewards=rows[..., _REWARDS].permute(2, 0, 1),
-            discounts=rows[..., _DISCOUNT],
-            next_observations=rows[..., _NEXT],
+            observations=rows[:, _OBSERVATION],
+            options=choices[:, :1],
+            actions=choices[:, 1:],
+            option_rewards=rows[:, 2 * SIZE + OPTION : 2 * SIZE + OPTION + 1],
+            action_rewards=rows[:, 2 * SIZE + ACTION : 2 * SIZE + ACTION + 1],
+            discounts=rows[:, _DISCOUNT : _DISCOUNT + 1],
+            next_observations=rows[:, _NEXT],
         )

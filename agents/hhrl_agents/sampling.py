@@ -1,4 +1,4 @@
-"""Which transitions a gradient step learns from: uniformly drawn ones, or hierarchically prioritised ones (HPER)."""
+"""Which transitions a gradient step learns from: uniformly drawn ones, or prioritised ones, plain or hierarchical."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
@@ -6,23 +6,25 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from hhrl_agents.base import Float32Array, FloatArray, IntArray
-from hhrl_agents.methods import LearnerConfig
+from hhrl_agents.methods import LearnerConfig, Method
+from hhrl_agents.replay import ACTION, OPTION
 from hhrl_agents.seeding import uniforms
-from hhrl_agents.sum_tree import assign, empty_trees, find
+from hhrl_agents.sum_tree import SumTrees
 
-LEVELS = 2
 SCALE_RATE = 0.01
 """Rate at which the running magnitude of a level's TD error follows the batches."""
 
 
 class Draw(NamedTuple):
-    """A mini-batch of K transitions for each seed.
+    """Mini-batches of K transitions for each of E seeds, one or one for each level, side by side.
 
-    indices: int64 [E, K]; weights: of each level's squared errors, float32, broadcastable to [levels, E, K].
+    indices: int64 [E, M], M = K or levels x K; parts: for each level where its mini-batch lies in the M; weights: for
+    each level what its squared errors are multiplied with, float32 [E, 1, K].
     """
 
     indices: IntArray
-    weights: Float32Array
+    parts: Sequence[slice]
+    weights: Sequence[Float32Array]
 
 
 class Sampler(Protocol):
@@ -32,85 +34,98 @@ class Sampler(Protocol):
         """Return nothing; take note that every seed's transitions at `indices` [n] are new."""
 
     def draw(self, stored: int) -> Draw:
-        """Return a mini-batch from `stored` transitions."""
+        """Return mini-batches from `stored` transitions."""
 
-    def update(self, indices: IntArray, errors: Float32Array) -> None:
-        """Return nothing; take note of the drawn transitions' absolute TD errors, [levels, E, K]."""
+    def update(self, indices: IntArray, errors: FloatArray) -> None:
+        """Return nothing; take note of the drawn transitions' absolute TD errors, [levels, E, M]."""
 
 
 class UniformSampler:
-    """Every stored transition is drawn with the same chance; both levels learn from the same mini-batch."""
+    """Every stored transition is drawn with the same chance; all levels learn from the same mini-batch."""
 
-    def __init__(self, streams: Sequence[np.random.Generator], batch_size: int) -> None:
+    def __init__(self, streams: Sequence[np.random.Generator], levels: int, batch_size: int) -> None:
         self._streams = streams
         self._batch_size = batch_size
-        self._weights = np.ones((1, 1, batch_size), np.float32)
+        self._parts = [slice(0, batch_size)] * levels
+        self._weights = [np.ones((len(streams), 1, batch_size), np.float32)] * levels
 
     def added(self, indices: IntArray) -> None:
         """Return nothing; see `Sampler.added`."""
 
     def draw(self, stored: int) -> Draw:
         """Return `batch_size` transitions for each seed, all of weight 1; see `Sampler.draw`."""
-        return Draw((uniforms(self._streams, self._batch_size) * stored).astype(np.int64), self._weights)
+        indices = (uniforms(self._streams, self._batch_size) * stored).astype(np.int64)
+        return Draw(indices, self._parts, self._weights)
 
-    def update(self, indices: IntArray, errors: Float32Array) -> None:
+    def update(self, indices: IntArray, errors: FloatArray) -> None:
         """Return nothing; see `Sampler.update`."""
 
 
-class HierarchicalPrioritizedSampler:
-    """Hierarchical prioritised experience replay (Eq. (pri), Algorithm 3): two sum trees over one buffer.
+class PrioritizedSampler:
+    """Prioritised experience replay: sum trees over one buffer, each with a mini-batch P ~ p^alpha of its own.
 
-    The option level's mini-batch is drawn with P ~ (p^o)^alpha, the action level's with P ~ (p^a)^alpha; a draw holds
-    both, first the option level's, and each level's loss weighs its own half by [N P]^-beta / max, N the number of
-    stored transitions. Both levels' TD errors are evaluated on both halves, so every drawn transition gets both
-    priorities: p^o = |delta_o| and p^a = max(|delta_a| - |delta_o|, 0), each error divided by its level's running
-    magnitude (`priority="shift"`: the raw |delta_a| - |delta_o| minus its minimum over the batch). New transitions get
-    the highest priority so far.
+    `trees` = 1 is the plain one (Schaul et al., 2016), whose mini-batch all levels learn from; with a tree for each
+    level it is the hierarchical one (Algorithm 3). A level's loss weighs its mini-batch by [N P]^-beta / max, N the
+    number of stored transitions. The TD errors of all levels are evaluated on every drawn transition, so each gets all
+    its priorities; new transitions get the highest so far. With every error divided by its level's running magnitude
+    the plain priority is the levels' mean error, and the hierarchical ones (Eq. (pri)) are p^o = |delta_o| and
+    p^a = max(|delta_a| - |delta_o|, 0). `config.priority` = "shift" is the paper's literal p^a, the undivided
+    |delta_a| - |delta_o| minus its minimum over the mini-batches.
     """
 
-    def __init__(self, streams: Sequence[np.random.Generator], capacity: int, config: LearnerConfig) -> None:
-        self._streams = streams
-        self._config = config
-        self._trees = empty_trees(LEVELS * len(streams), capacity)
-        self._highest = np.ones((LEVELS, len(streams)))
-        self._magnitude = np.zeros((LEVELS, len(streams)))
-        self._half = np.arange(config.batch_size)
+    def __init__(
+        self, streams: Sequence[np.random.Generator], levels: int, trees: int, capacity: int, config: LearnerConfig
+    ) -> None:
+        self._streams, self._config, self._num_trees = streams, config, trees
+        size = config.batch_size
+        self._parts = [slice(level % trees * size, (level % trees + 1) * size) for level in range(levels)]
+        self._strata = np.arange(size)
+        self._trees = SumTrees(trees * len(streams), capacity)
+        self._highest = np.ones((trees, len(streams)))
+        self._magnitude = np.zeros((levels, len(streams)))
 
     def added(self, indices: IntArray) -> None:
         """Return nothing; give the new transitions the highest priority; see `Sampler.added`."""
-        shape = (len(self._trees), len(indices))
-        assign(self._trees, np.broadcast_to(indices, shape), np.broadcast_to(self._highest.reshape(-1, 1), shape))
+        self._trees.assign(indices[None], self._highest.reshape(-1, 1))
 
     def draw(self, stored: int) -> Draw:
-        """Return the two mini-batches as one of 2 `batch_size` transitions; see `Sampler.draw`."""
+        """Return each tree's mini-batch, one beside the other; see `Sampler.draw`."""
         seeds, size = len(self._streams), self._config.batch_size
-        shares = (self._half + uniforms(self._streams, LEVELS, size).swapaxes(0, 1)) / size
-        indices = find(self._trees, shares.reshape(-1, size))
-        weights = self._importance(indices, stored).reshape(LEVELS, seeds, size)
-        halves = np.zeros((LEVELS, seeds, LEVELS, size), np.float32)
-        for level in range(LEVELS):
-            halves[level, :, level] = weights[level]
-        both = indices.reshape(LEVELS, seeds, size).swapaxes(0, 1)
-        return Draw(both.reshape(seeds, -1), halves.reshape(LEVELS, seeds, -1))
-
-    def update(self, indices: IntArray, errors: Float32Array) -> None:
-        """Return nothing; give the drawn transitions their new priorities at both levels; see `Sampler.update`."""
-        priorities = self._priorities(errors.astype(np.float64)) ** self._config.priority_exponent
-        np.maximum(self._highest, priorities.max(-1), out=self._highest)
-        assign(self._trees, np.tile(indices, (LEVELS, 1)), priorities.reshape(len(self._trees), -1))
-
-    def _importance(self, indices: IntArray, stored: int) -> FloatArray:
-        leaves = self._trees.shape[1] // 2
-        chances = np.take_along_axis(self._trees, leaves + indices, axis=1) / self._trees[:, 1:2]
+        uniform = uniforms(self._streams, self._num_trees, size).swapaxes(0, 1)
+        indices = self._trees.find(((self._strata + uniform) / size).reshape(-1, size))
+        chances = self._trees.priorities(indices) / self._trees.totals[:, None]
         weights = (stored * chances) ** -self._config.importance_exponent
-        normalised: FloatArray = weights / weights.max(-1, keepdims=True)
-        return normalised
+        weights = (weights / weights.max(-1, keepdims=True)).astype(np.float32).reshape(-1, seeds, 1, size)
+        side_by_side = indices.reshape(-1, seeds, size).swapaxes(0, 1).reshape(seeds, -1)
+        return Draw(side_by_side, self._parts, [weights[level % len(weights)] for level in range(len(self._parts))])
+
+    def update(self, indices: IntArray, errors: FloatArray) -> None:
+        """Return nothing; give the drawn transitions their new priorities in every tree; see `Sampler.update`."""
+        priorities = (self._priorities(errors) + self._config.priority_floor) ** self._config.priority_exponent
+        np.maximum(self._highest, priorities.max(-1), out=self._highest)
+        self._trees.assign(np.tile(indices, (self._num_trees, 1)), priorities.reshape(-1, indices.shape[1]))
 
     def _priorities(self, errors: FloatArray) -> FloatArray:
-        if self._config.priority == "shift":
-            gap = errors[1] - errors[0]
-            return np.stack((errors[0], gap - gap.min(-1, keepdims=True))) + self._config.priority_floor
-        batch = errors.mean(-1)
-        self._magnitude += np.where(self._magnitude == 0.0, 1.0, SCALE_RATE) * (batch - self._magnitude)
-        option, action = errors / np.maximum(self._magnitude, 1e-12)[..., None]
-        return np.stack((option, np.maximum(action - option, 0.0))) + self._config.priority_floor
+        """Return the priorities [trees, E, M] of absolute errors [levels, E, M], before floor and exponent."""
+        if self._num_trees > 1 and self._config.priority == "shift":
+            gap = errors[ACTION] - errors[OPTION]
+            return np.stack((errors[OPTION], gap - gap.min(-1, keepdims=True)))
+        scaled = errors / self._scale(errors)
+        if self._num_trees > 1:
+            return np.stack((scaled[OPTION], np.maximum(scaled[ACTION] - scaled[OPTION], 0.0)))
+        mean: FloatArray = scaled.mean(axis=0, keepdims=True)
+        return mean
+
+    def _scale(self, errors: FloatArray) -> FloatArray:
+        """Return each level's running magnitude with these errors in it, [levels, E, 1]."""
+        rate = np.where(self._magnitude == 0.0, 1.0, SCALE_RATE)
+        self._magnitude += rate * (errors.mean(-1) - self._magnitude)
+        return np.maximum(self._magnitude, 1e-12)[..., None]
+
+
+def make_sampler(method: Method, streams: Sequence[np.random.Generator], levels: int, capacity: int) -> Sampler:
+    """Return the sampler that the method asks for, for a buffer of `capacity` transitions and `levels` networks."""
+    if method.replay == "uniform":
+        return UniformSampler(streams, levels, method.config.batch_size)
+    trees = levels if method.replay == "hierarchical" else 1
+    return PrioritizedSampler(streams, levels, trees, capacity, method.config)
