@@ -1,5 +1,6 @@
 """Watching: the drawn episode is the evaluated one, and files are whole or absent."""
 
+import re
 from io import BytesIO
 from pathlib import Path
 
@@ -123,7 +124,8 @@ def test_episodes_outside_the_test_range_are_refused(tmp_path: Path, episode: in
 
 def test_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(extras, "find_spec", lambda _: None)
-    with pytest.raises(InputError, match=r"pip install 'hhrl-bench\[render\]'"):
+    said = "pip install 'hhrl-bench[render]', or in a checkout: pip install '.[render]'"
+    with pytest.raises(InputError, match=re.escape(said)):
         watch(Unplayable(), TASK, tmp_path / "film.gif")
 
 
