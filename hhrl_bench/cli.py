@@ -171,7 +171,9 @@ def _leaderboard_show(
 def _watch(
     agent: AgentArgument,
     out: Annotated[Path, typer.Option(help="The picture to write: a .gif in real time, or a .png strip.")],
-    task: TaskOption = "stop-line-v0",
+    task: Annotated[
+        str, typer.Option("--task", metavar="TASK", help="The id of a task, or of any scenario.")
+    ] = "stop-line-v0",
     episode: Annotated[int, typer.Option(min=0, help="Which test episode.")] = 0,
     option: HeldOption = None,
 ) -> None:

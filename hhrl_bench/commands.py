@@ -23,7 +23,7 @@ from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
 from hhrl_bench.seeds import parse_seeds
 from hhrl_bench.suite import SUITES, get_suite, units
 from hhrl_bench.table import print_results
-from hhrl_bench.tasks import TASKS, get_task
+from hhrl_bench.tasks import TASKS, get_task, get_world
 from hhrl_envs.extras import require
 
 PLAIN_WIDTH = 160
@@ -144,7 +144,8 @@ def watch(agent: str, task: str, out: Path, episode: int, option: str | None) ->
     from hhrl_bench.watch import watch as draw  # noqa: PLC0415
 
     held = OPTIONS.get(_option(option) or "")
-    outcome = draw(load_agent(agent, task), task, out, episode, held)
+    world = get_world(task)
+    outcome = draw(load_agent(agent, world), world, out, episode, held)
     typer.echo(f"wrote {out}: {outcome.name.lower().replace('_', '-')}", err=True)
 
 

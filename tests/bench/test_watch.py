@@ -17,6 +17,7 @@ from hhrl_bench.tasks import Task, get_task
 from hhrl_bench.watch import record, watch
 from hhrl_envs import InputError, Option, Outcome, extras, get_scenario
 from hhrl_envs.drawing import BLUE, GREEN, GREY, ORANGE, Canvas, Colour
+from support.command_line import invoke
 
 TASK = get_task("stop-line-v0")
 
@@ -100,6 +101,12 @@ def test_flat_agents_have_no_option_to_show(tmp_path: Path) -> None:
 
 def test_held_option_is_selected_throughout() -> None:
     assert {moment.option for moment in record(rule("rule-4"), TASK, 0, Option.SSL)} == {Option.SSL}
+
+
+def test_a_scenario_without_a_task_is_watched_too(tmp_path: Path) -> None:
+    out = tmp_path / "strip.png"
+    assert invoke("watch", "rule-4", "--task", "platoon-v0", "--out", str(out)).exit_code == 0
+    assert out.stat().st_size > 0
 
 
 @pytest.mark.parametrize("name", ["film.mp4", "film", "film.gif.txt"])
