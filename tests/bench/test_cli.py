@@ -102,12 +102,29 @@ def test_evaluate_holds_the_option() -> None:
 
 
 def test_the_table_fits_narrow_and_wide_terminals() -> None:
-    for columns in (80, 120):
+    for columns in (30, 40, 60, 80, 120):
         result = invoke("evaluate", "rule-2", "--episodes", "20", columns=columns)
         lines = result.stdout.splitlines()
         assert max(map(len, lines)) <= columns
         assert "…" not in result.stdout
-        assert ("Wilson" in result.stdout) == (columns == 120)
+        assert "\nrule-2 " in result.stdout
+        said = " ".join(result.stdout.split())
+        assert "success" in said
+        assert ("unsafe" in said) == (columns >= 60)
+        assert ("r^o" in said) == ("more columns" not in said) == (columns >= 80)
+        assert ("Wilson" in said) == (columns == 120)
+
+
+def test_the_papers_rows_stand_below_its_own_tasks_only() -> None:
+    for task in ("stop-line-v0", "stop-line-paper-v0", "stop-line-wet-v0"):
+        said = done("evaluate", "rule-2", "--episodes", "20", "--task", task)
+        assert ("Hybrid HRL" in said) == ("Table I" in said) == (task != "stop-line-wet-v0")
+
+
+def test_a_checkpoint_of_another_scenario_is_noted_below_the_table() -> None:
+    note = "ddqn was trained in stop-line-v0."
+    assert note in done("evaluate", "ddqn", "--episodes", "2", "--task", "solo-stop-v0")
+    assert note not in done("evaluate", "ddqn", "--episodes", "2")
 
 
 def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: Suite, tmp_path: Path) -> None:
