@@ -15,7 +15,14 @@ AgentArgument = Annotated[
     ),
 ]
 TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
-HeldOption = Annotated[str | None, typer.Option("--option", metavar="[stop|follow]", help="Hold this option fixed.")]
+HeldOption = Annotated[
+    str | None,
+    typer.Option(
+        "--option",
+        metavar="[stop|follow]",
+        help="Hold this option fixed: stop at the stop-line (the paper's SSL), or follow the front vehicle (FFV).",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
 
 

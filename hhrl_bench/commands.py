@@ -149,10 +149,13 @@ def watch(agent: str, task: str, out: Path, episode: int, option: str | None) ->
     typer.echo(f"wrote {out}: {outcome.name.lower().replace('_', '-')}", err=True)
 
 
-def _option(name: str | None) -> OptionName | None:
-    if name not in {None, *OPTIONS}:
-        raise AgentError(f"unknown option {name!r}; write one of: {', '.join(OPTIONS)}")
-    return cast(OptionName | None, name)
+def _option(spelling: str | None) -> OptionName | None:
+    """Return the option's name for it or for the paper's name, in any case."""
+    names = {word: name for name, option in OPTIONS.items() for word in (name, option.name.lower())}
+    if spelling is not None and spelling.lower() not in names:
+        known = ", ".join(f"{name} or {option.name}" for name, option in OPTIONS.items())
+        raise AgentError(f"unknown option {spelling!r}; write one of: {known}")
+    return None if spelling is None else cast(OptionName, names[spelling.lower()])
 
 
 def _print_leaderboard(board: LeaderboardRecord) -> None:

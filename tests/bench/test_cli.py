@@ -101,6 +101,12 @@ def test_evaluate_holds_the_option() -> None:
     assert held["provenance"]["command"].endswith("--option stop")
 
 
+@pytest.mark.parametrize(("spelling", "name"), [("SSL", "stop"), ("ffv", "follow"), ("Follow", "follow")])
+def test_an_option_may_be_spelt_as_in_the_paper(spelling: str, name: str) -> None:
+    said = done("evaluate", "rule-4", "--episodes", "5", "--option", spelling, "--json")
+    assert json.loads(said)["result"]["option"] == name
+
+
 def test_the_table_fits_narrow_and_wide_terminals() -> None:
     for columns in (30, 40, 60, 80, 120):
         result = invoke("evaluate", "rule-2", "--episodes", "20", columns=columns)
@@ -178,7 +184,7 @@ def test_version_and_help() -> None:
         (["evaluate", "rule-1", "--task", "x"], "unknown task 'x'; known tasks: stop-line-v0"),
         (["evaluate", "rule-1", "--episodes", "0"], "ask for 1 to"),
         (["evaluate", "rule-1", "--episodes", "many"], "'--episodes'"),
-        (["evaluate", "rule-1", "--option", "left"], "unknown option 'left'; write one of: stop, follow"),
+        (["evaluate", "rule-1", "--option", "left"], "unknown option 'left'; write one of: stop or SSL, follow or FFV"),
         (["evaluate", "rule-1", "--speed", "9"], "No such option"),
         (["evaluate", "nowhere:make"], "cannot import 'nowhere'"),
         (["run", "--suite", "slow"], "unknown suite 'slow'; known suites: quick"),
