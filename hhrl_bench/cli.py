@@ -8,12 +8,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-AgentArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="AGENT", help="A registered name, a checkpoint, a run directory, or module:factory.", show_default=False
-    ),
-]
+AGENT_HELP = "A registered name, a checkpoint, a run directory, or module:factory."
+AgentArgument = Annotated[str, typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
+AgentsArgument = Annotated[list[str], typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
 TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
 HeldOption = Annotated[
     str | None,
@@ -133,14 +130,14 @@ def _train(
 
 @app.command("evaluate")
 def _evaluate(
-    agent: AgentArgument,
+    agents: AgentsArgument,
     task: TaskOption = "stop-line-v0",
     episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
     option: HeldOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Score an agent on a task's test episodes, the same worlds for every agent."""
-    _commands().evaluate(agent, task, episodes, option, as_json=json)
+    """Score one agent or several on a task's test episodes, the same worlds for every agent."""
+    _commands().evaluate(agents, task, episodes, option, as_json=json)
 
 
 @app.command("run")

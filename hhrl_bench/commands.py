@@ -4,6 +4,7 @@ import json
 import os
 import shlex
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -15,15 +16,16 @@ from hhrl_agents import METHODS, RULES
 from hhrl_agents.files import require_writable
 from hhrl_bench import leaderboard
 from hhrl_bench.errors import AgentError
-from hhrl_bench.loading import load_agent, shipped_methods
+from hhrl_bench.loading import load_agent, load_agents, shipped_methods
 from hhrl_bench.players import OPTIONS
 from hhrl_bench.progress import progress
 from hhrl_bench.records import LeaderboardRecord, OptionName
-from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
+from hhrl_bench.results import TimedResult, evaluate_agent, evaluation_record, task_record
 from hhrl_bench.seeds import parse_seeds
 from hhrl_bench.suite import SUITES, get_suite, units
 from hhrl_bench.table import print_results
-from hhrl_bench.tasks import TASKS, get_task, get_world
+from hhrl_bench.tasks import TASKS, Task, get_task, get_world
+from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
 
 PLAIN_WIDTH = 160
@@ -78,20 +80,18 @@ def train(method: str, task: str, seeds: str, env_steps: int | None, out: Path |
     typer.echo(str(folder))
 
 
-def evaluate(agent: str, task: str, episodes: int, option: str | None, *, as_json: bool) -> None:
-    """Return nothing; evaluate an agent and print its record or its table."""
+def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None, *, as_json: bool) -> None:
+    """Return nothing; evaluate agents in the same worlds and print their record or their table."""
     chosen, held = get_task(task), _option(option)
     record = task_record(chosen, episodes)
-    started = time.perf_counter()
-    with progress(f"{agent} on {task}") as update:
-        result = evaluate_agent(agent, chosen, episodes, held, update)
-    seconds = time.perf_counter() - started
+    _require_playable(agents, chosen)
+    timed = [_evaluate_timed(agent, chosen, episodes, held) for agent in agents]
     if not as_json:
-        print_results(_console(), record, [result])
+        print_results(_console(), record, [result for result, _ in timed])
         return
-    words = ["hhrl-bench", "evaluate", agent, "--task", task, "--episodes", str(episodes)]
+    words = ["hhrl-bench", "evaluate", *agents, "--task", task, "--episodes", str(episodes)]
     command = shlex.join([*words, "--option", held] if held else words)
-    typer.echo(evaluation_record(record, result, command, seconds).model_dump_json(indent=2))
+    typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
 
 
 def run(suite_id: str, out: Path | None) -> None:
@@ -147,6 +147,22 @@ def watch(agent: str, task: str, out: Path, episode: int, option: str | None) ->
     world = get_world(task)
     outcome = draw(load_agent(agent, world), world, out, episode, held)
     typer.echo(f"wrote {out}: {outcome.name.lower().replace('_', '-')}", err=True)
+
+
+def _require_playable(agents: Sequence[str], task: Task) -> None:
+    """Return nothing; raises before anything is played for an agent that is named twice or does not load."""
+    twice = next((agent for agent in agents if agents.count(agent) > 1), None)
+    if twice is not None:
+        raise AgentError(f"agent {twice!r} is named twice; name each agent once")
+    for agent in agents[1:]:  # the first is loaded and played at once
+        load_agents(agent, get_scenario(task.scenario))
+
+
+def _evaluate_timed(agent: str, task: Task, episodes: int, option: OptionName | None) -> TimedResult:
+    started = time.perf_counter()
+    with progress(f"{agent} on {task.id}") as update:
+        result = evaluate_agent(agent, task, episodes, option, update)
+    return TimedResult(result, time.perf_counter() - started)
 
 
 def _option(spelling: str | None) -> OptionName | None:

@@ -1,6 +1,7 @@
 """Results: the runs of one agent on one task, and what they come to."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,13 @@ from hhrl_envs import get_scenario
 BOOTSTRAP_SEED = 20200725
 
 
+class TimedResult(NamedTuple):
+    """A result and the seconds it took."""
+
+    result: ResultRecord
+    seconds: float
+
+
 def evaluate_agent(
     source: str, task: Task, episodes: int, option: OptionName | None = None, update: Update = silent
 ) -> ResultRecord:
@@ -55,16 +63,21 @@ def evaluate_agent(
     )
 
 
-def evaluation_record(task: TaskRecord, result: ResultRecord, command: str, seconds: float) -> EvaluationRecord:
-    """Return the record of one agent on one task, which ``command`` made in ``seconds``."""
+def evaluation_record(task: TaskRecord, timed: Sequence[TimedResult], command: str) -> EvaluationRecord:
+    """Return the record of agents on one task, which ``command`` made."""
     return EvaluationRecord(
         schema_version=SCHEMA_VERSION,
         confidence=CONFIDENCE,
         bootstrap_seed=BOOTSTRAP_SEED,
         task=task,
-        result=result,
-        provenance=provenance(command, {f"{result.task}/{result.agent}": seconds}),
+        results=tuple(result for result, _ in timed),
+        provenance=provenance(command, wall_seconds(timed)),
     )
+
+
+def wall_seconds(timed: Sequence[TimedResult]) -> dict[str, float]:
+    """Return what each result took, by task and agent."""
+    return {f"{result.task}/{result.agent}": seconds for result, seconds in timed}
 
 
 def task_record(task: Task, episodes: int) -> TaskRecord:

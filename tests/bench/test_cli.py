@@ -84,7 +84,24 @@ def test_evaluate_prints_json_alone_on_stdout() -> None:
     record = EvaluationRecord.model_validate_json(text)
     assert record.task.episodes == 40
     assert record.provenance.command == "hhrl-bench evaluate rule-2 --task stop-line-v0 --episodes 40"
-    assert record.result.runs[0].episodes_sha256 == evaluate(load_agent("rule-2"), episodes=40).digest()
+    assert record.results[0].runs[0].episodes_sha256 == evaluate(load_agent("rule-2"), episodes=40).digest()
+
+
+def test_several_agents_share_one_record_and_one_table() -> None:
+    record = EvaluationRecord.model_validate_json(done("evaluate", "rule-2", "rule-4", "--episodes", "20", "--json"))
+    alone = EvaluationRecord.model_validate_json(done("evaluate", "rule-4", "--episodes", "20", "--json"))
+    assert [result.agent for result in record.results] == ["rule-2", "rule-4"]
+    assert record.results[1:] == alone.results
+    assert record.provenance.command == "hhrl-bench evaluate rule-2 rule-4 --task stop-line-v0 --episodes 20"
+    assert set(record.provenance.wall_seconds) == {"stop-line-v0/rule-2", "stop-line-v0/rule-4"}
+    said = done("evaluate", "rule-2", "rule-4", "--episodes", "20")
+    assert said.count("stop-line-v0, 20 test episodes") == 1
+    assert said.index("\nrule-2 ") < said.index("\nrule-4 ")
+
+
+def test_an_agent_that_does_not_load_is_said_before_the_others_play(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hhrl_bench.commands.evaluate_agent", lambda *_: pytest.fail("played"))
+    assert "unknown agent 'rule-9'" in refused("evaluate", "rule-1", "rule-9")
 
 
 def test_evaluate_twice_differs_in_its_provenance_only() -> None:
@@ -96,15 +113,15 @@ def test_evaluate_twice_differs_in_its_provenance_only() -> None:
 def test_evaluate_holds_the_option() -> None:
     held = json.loads(done("evaluate", "rule-4", "--episodes", "30", "--option", "stop", "--json"))
     rule = json.loads(done("evaluate", "rule-2", "--episodes", "30", "--json"))
-    assert held["result"]["option"] == "stop"
-    assert held["result"]["runs"] == rule["result"]["runs"]
+    assert held["results"][0]["option"] == "stop"
+    assert held["results"][0]["runs"] == rule["results"][0]["runs"]
     assert held["provenance"]["command"].endswith("--option stop")
 
 
 @pytest.mark.parametrize(("spelling", "name"), [("SSL", "stop"), ("ffv", "follow"), ("Follow", "follow")])
 def test_an_option_may_be_spelt_as_in_the_paper(spelling: str, name: str) -> None:
     said = done("evaluate", "rule-4", "--episodes", "5", "--option", spelling, "--json")
-    assert json.loads(said)["result"]["option"] == name
+    assert json.loads(said)["results"][0]["option"] == name
 
 
 def test_the_table_fits_narrow_and_wide_terminals() -> None:
@@ -180,6 +197,7 @@ def test_version_and_help() -> None:
     ("arguments", "said"),
     [
         (["evaluate"], "Missing argument 'AGENT'"),
+        (["evaluate", "rule-1", "rule-2", "rule-1"], "agent 'rule-1' is named twice; name each agent once"),
         (["evaluate", "rule-9"], "unknown agent 'rule-9'"),
         (["evaluate", "rule-1", "--task", "x"], "unknown task 'x'; known tasks: stop-line-v0"),
         (["evaluate", "rule-1", "--episodes", "0"], "ask for 1 to"),
@@ -226,7 +244,7 @@ def test_a_process_finds_factories_in_its_folder(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text("from hhrl_agents import RULES\nmake = RULES['rule-2']\n")
     ended = process("evaluate", "mine:make", "--episodes", "30", "--json", folder=tmp_path)
     assert ended.returncode == 0, ended.stderr
-    runs = json.loads(ended.stdout)["result"]["runs"]
+    runs = json.loads(ended.stdout)["results"][0]["runs"]
     assert runs[0]["episodes_sha256"] == evaluate(load_agent("rule-2"), episodes=30).digest()
 
 
