@@ -1,6 +1,7 @@
 """The command line: exit code 0 done, 1 a check did not hold, 2 bad usage or input, said in one line."""
 
 import sys
+from enum import StrEnum
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any
@@ -22,8 +23,15 @@ HeldOption = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
 
-
 INTERRUPTED = 130
+
+
+class Listed(StrEnum):
+    """What ``list`` can be asked for."""
+
+    AGENTS = "agents"
+    TASKS = "tasks"
+    SUITES = "suites"
 
 
 class OneLineErrors(TyperGroup):
@@ -64,9 +72,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-list_app = typer.Typer(help="List what is registered: agents, tasks, suites.")
 leaderboard_app = typer.Typer(help="Read leaderboards.")
-app.add_typer(list_app, name="list")
 app.add_typer(leaderboard_app, name="leaderboard")
 
 
@@ -96,22 +102,15 @@ def _root(
         typer.echo(context.get_help())
 
 
-@list_app.command("agents")
-def _list_agents(json: JsonOption = False) -> None:
-    """List rule agents and learned methods, with the number of trained seeds that come with the package."""
-    _commands().list_agents(as_json=json)
-
-
-@list_app.command("tasks")
-def _list_tasks(json: JsonOption = False) -> None:
-    """List tasks: their scenario, training budget and seeds."""
-    _commands().list_tasks(as_json=json)
-
-
-@list_app.command("suites")
-def _list_suites(json: JsonOption = False) -> None:
-    """List suites: their tasks, agents and number of episodes."""
-    _commands().list_suites(as_json=json)
+@app.command("list")
+def _list(
+    what: Annotated[
+        Listed | None, typer.Argument(help="What to list; all of it where left out.", show_default=False)
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """List what is registered: agents with their number of trained seeds, tasks and suites."""
+    _commands().list_registered(what, as_json=json)
 
 
 @app.command("train")

@@ -6,63 +6,40 @@ import shlex
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from hhrl_agents import METHODS, RULES
 from hhrl_agents.files import require_writable
 from hhrl_bench import leaderboard
 from hhrl_bench.errors import AgentError
-from hhrl_bench.loading import load_agent, load_agents, shipped_methods
+from hhrl_bench.listing import LISTS, Rows
+from hhrl_bench.loading import load_agent, load_agents
 from hhrl_bench.players import OPTIONS
 from hhrl_bench.progress import progress
 from hhrl_bench.records import LeaderboardRecord, OptionName
 from hhrl_bench.results import TimedResult, evaluate_agent, evaluation_record, task_record
 from hhrl_bench.seeds import parse_seeds
-from hhrl_bench.suite import SUITES, get_suite, units
+from hhrl_bench.suite import get_suite, units
 from hhrl_bench.table import print_results
-from hhrl_bench.tasks import TASKS, Task, get_task, get_world
+from hhrl_bench.tasks import Task, get_task, get_world
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
 
 PLAIN_WIDTH = 160
 
 
-def list_agents(*, as_json: bool) -> None:
-    """Return nothing; print the rule agents and the learned methods."""
-    shipped = shipped_methods()
-    rules = [{"id": name, "kind": "rule", "shipped_seeds": None} for name in RULES]
-    methods = [{"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0)} for name in METHODS]
-    _print_rows([*rules, *methods], as_json=as_json)
-
-
-def list_tasks(*, as_json: bool) -> None:
-    """Return nothing; print the tasks."""
-    rows = [
-        {
-            "id": task.id,
-            "scenario": task.scenario,
-            "env_steps": task.env_steps,
-            **{
-                f"{seeds.name}_seeds": [seeds.start, seeds.start + seeds.size - 1]
-                for seeds in (task.train, task.validation, task.test)
-            },
-        }
-        for task in TASKS.values()
-    ]
-    _print_rows(rows, as_json=as_json)
-
-
-def list_suites(*, as_json: bool) -> None:
-    """Return nothing; print the suites."""
-    rows = [
-        {"id": suite.id, "tasks": list(suite.tasks), "agents": list(suite.agents), "episodes": suite.episodes}
-        for suite in SUITES.values()
-    ]
-    _print_rows(rows, as_json=as_json)
+def list_registered(what: str | None, *, as_json: bool) -> None:
+    """Return nothing; print one list of :data:`hhrl_bench.listing.LISTS`, or all of them."""
+    if what is not None:
+        _print_rows(LISTS[what](), as_json=as_json)
+    elif as_json:
+        typer.echo(json.dumps({name: rows() for name, rows in LISTS.items()}, indent=2))
+    else:
+        for name, rows in LISTS.items():
+            _print_rows(rows(), title=name)
 
 
 def train(method: str, task: str, seeds: str, env_steps: int | None, out: Path | None) -> None:
@@ -180,11 +157,11 @@ def _print_leaderboard(board: LeaderboardRecord) -> None:
         print_results(console, task, [result for result in board.results if result.task == task.id])
 
 
-def _print_rows(rows: list[dict[str, Any]], *, as_json: bool) -> None:
+def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) -> None:
     if as_json:
         typer.echo(json.dumps(rows, indent=2))
         return
-    table = Table(*rows[0], box=None, pad_edge=False)
+    table = Table(*rows[0], title=title, title_justify="left", box=None, pad_edge=False)
     for row in rows:
         table.add_row(*(_said(value) for value in row.values()))
     _console().print(table)

@@ -183,6 +183,9 @@ def test_lists_name_what_is_registered() -> None:
     for what, names in (("agents", [*RULES, *METHODS]), ("tasks", TASKS), ("suites", SUITES)):
         said = done("list", what)
         assert all(name in said for name in names)
+        assert f"\n{said}" in done("list")
+    together = json.loads(done("list", "--json"))
+    assert together == {what: json.loads(done("list", what, "--json")) for what in ("agents", "tasks", "suites")}
 
 
 def test_version_and_help() -> None:
@@ -211,6 +214,7 @@ def test_version_and_help() -> None:
         (["train", "ddqn", "--env-steps", "0"], "'--env-steps'"),
         (["leaderboard", "show", "nowhere.json"], "cannot read nowhere.json: No such file"),
         (["leaderboard"], "Missing command"),
+        (["list", "dances"], "'dances' is not one of 'agents', 'tasks', 'suites'"),
         (["dance"], "No such command 'dance'"),
         (["watch", "rule-1", "--out", "x.mp4"], "x.mp4"),
     ],
@@ -289,10 +293,10 @@ def test_help_waits_for_no_heavy_import(tmp_path: Path) -> None:
 
 
 def test_an_interrupt_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(**_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hhrl_bench.commands.list_agents", interrupted)
+    monkeypatch.setattr("hhrl_bench.commands.list_registered", interrupted)
     result = invoke("list", "agents")
     assert result.exit_code == 130
     assert result.stderr.strip() == "hhrl-bench: interrupted; what was not finished was not written"
