@@ -84,7 +84,9 @@ def main() -> None:
 def _commands() -> ModuleType:
     """Return the module that does the work: it brings in numba and scipy, which ``--help`` need not wait for."""
     from hhrl_bench import commands  # noqa: PLC0415
+    from hhrl_bench.compiling import announce_compiling  # noqa: PLC0415
 
+    announce_compiling()
     return commands
 
 
@@ -104,9 +106,7 @@ def _root(
 
 @app.command("list")
 def _list(
-    what: Annotated[
-        Listed | None, typer.Argument(help="What to list; all of it where left out.", show_default=False)
-    ] = None,
+    what: Annotated[Listed | None, typer.Argument(help="What to list.", show_default="all")] = None,
     json: JsonOption = False,
 ) -> None:
     """List what is registered: agents with their number of trained seeds, tasks and suites."""
@@ -119,9 +119,9 @@ def _train(
     task: TaskOption = "stop-line-v0",
     seeds: Annotated[str, typer.Option(help="Training seeds, trained side by side, such as 0-4,7.")] = "0",
     env_steps: Annotated[
-        int | None, typer.Option(min=1, help="Steps for each seed. [default: the task's budget]")
+        int | None, typer.Option(min=1, help="Steps for each seed.", show_default="the task's budget")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Run directory. [default: runs/METHOD/TASK]")] = None,
+    out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="runs/METHOD/TASK")] = None,
 ) -> None:
     """Train a method; keep each seed's best policy on validation episodes, and its last."""
     _commands().train(method, task, seeds, env_steps, out)
@@ -142,7 +142,7 @@ def _evaluate(
 @app.command("run")
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
-    out: Annotated[Path | None, typer.Option(help="Leaderboard file. [default: leaderboards/SUITE.json]")] = None,
+    out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="leaderboards/SUITE.json")] = None,
 ) -> None:
     """Run a suite, print its table and write its leaderboard."""
     _commands().run(suite, out)

@@ -194,6 +194,7 @@ def test_version_and_help() -> None:
     for command in ("train", "evaluate", "run", "list", "leaderboard", "watch"):
         assert command in done("--help")
         assert "Usage" in done(command, "--help")
+    assert "the task's budget" in " ".join(done("train", "--help").split())
 
 
 @pytest.mark.parametrize(
