@@ -170,6 +170,12 @@ def _leaderboard_show(
     _commands().show_leaderboard(file, as_json=json)
 
 
+@leaderboard_app.command("schema")
+def _leaderboard_schema() -> None:
+    """Print the JSON schema of leaderboard files."""
+    _commands().show_schema()
+
+
 @app.command("watch")
 def _watch(
     agent: AgentArgument,

@@ -116,6 +116,11 @@ def show_leaderboard(path: Path, *, as_json: bool) -> None:
         _print_leaderboard(board)
 
 
+def show_schema() -> None:
+    """Return nothing; print the JSON schema of leaderboards."""
+    typer.echo(leaderboard.schema(), nl=False)
+
+
 def watch(agent: str, task: str, out: Path, episode: int, option: str | None) -> None:
     """Return nothing; draw a test episode into a file."""
     from hhrl_bench.watch import watch as draw  # noqa: PLC0415

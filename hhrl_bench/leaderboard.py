@@ -1,10 +1,12 @@
 """Leaderboards: a suite's results, built, written whole, and read back strictly."""
 
+import json
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from pydantic import ValidationError
+from pydantic.json_schema import GenerateJsonSchema
 
 from hhrl_agents.files import write_atomically
 from hhrl_bench.errors import RecordError
@@ -60,6 +62,12 @@ def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:
         return read(path).model_copy(update={"provenance": leaderboard.provenance}) == leaderboard
     except RecordError:
         return False
+
+
+def schema() -> str:
+    """Return the JSON schema of leaderboards (draft 2020-12), as text."""
+    told = {"$schema": GenerateJsonSchema.schema_dialect, **LeaderboardRecord.model_json_schema()}
+    return json.dumps(told, indent=2) + "\n"
 
 
 def read(path: Path) -> LeaderboardRecord:
