@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hhrl_bench.episodes import EpisodeRecords
+from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import evaluate
 from hhrl_bench.loading import LoadedAgent, load_agents
 from hhrl_bench.metrics import METRICS, Metric, finite, means
@@ -51,7 +52,10 @@ def evaluate_agent(
     played: list[EpisodeRecords] = []
     with one_torch_thread():
         for loaded in agents:
-            played.append(evaluate(loaded.agent, task, episodes, held))
+            try:
+                played.append(evaluate(loaded.agent, task, episodes, held))
+            except AgentError as error:
+                raise AgentError(f"{source}: {error}") from error
             update(len(played), len(agents), f"success {means(played[-1])['success']:.1%}")
     return ResultRecord(
         agent=source,

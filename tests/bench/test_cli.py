@@ -207,6 +207,7 @@ def test_version_and_help() -> None:
         (["evaluate", "rule-1", "--episodes", "0"], "ask for 1 to"),
         (["evaluate", "rule-1", "--episodes", "many"], "'--episodes'"),
         (["evaluate", "rule-1", "--option", "left"], "unknown option 'left'; write one of: stop or SSL, follow or FFV"),
+        (["evaluate", "rule-1", "ddqn", "--option", "ssl"], "ddqn: a flat agent has no option to hold; leave out"),
         (["evaluate", "rule-1", "--speed", "9"], "No such option"),
         (["evaluate", "nowhere:make"], "cannot import 'nowhere'"),
         (["run", "--suite", "slow"], "unknown suite 'slow'; known suites: quick"),
