@@ -1,6 +1,7 @@
 """The command line: exit code 0 done, 1 a check did not hold, 2 bad usage or input, said in one line."""
 
 import sys
+from enum import StrEnum
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any
@@ -8,18 +9,29 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-AgentArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="AGENT", help="A registered name, a checkpoint, a run directory, or module:factory.", show_default=False
+AGENT_HELP = "A registered name, a checkpoint, a run directory, or module:factory."
+AgentArgument = Annotated[str, typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
+AgentsArgument = Annotated[list[str], typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
+TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
+HeldOption = Annotated[
+    str | None,
+    typer.Option(
+        "--option",
+        metavar="[stop|follow]",
+        help="Hold this option fixed: stop at the stop-line (the paper's SSL), or follow the front vehicle (FFV).",
     ),
 ]
-TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
-HeldOption = Annotated[str | None, typer.Option("--option", metavar="[stop|follow]", help="Hold this option fixed.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
 
-
 INTERRUPTED = 130
+
+
+class Listed(StrEnum):
+    """What ``list`` can be asked for."""
+
+    AGENTS = "agents"
+    TASKS = "tasks"
+    SUITES = "suites"
 
 
 class OneLineErrors(TyperGroup):
@@ -60,9 +72,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-list_app = typer.Typer(help="List what is registered: agents, tasks, suites.")
 leaderboard_app = typer.Typer(help="Read leaderboards.")
-app.add_typer(list_app, name="list")
 app.add_typer(leaderboard_app, name="leaderboard")
 
 
@@ -74,7 +84,9 @@ def main() -> None:
 def _commands() -> ModuleType:
     """Return the module that does the work: it brings in numba and scipy, which ``--help`` need not wait for."""
     from hhrl_bench import commands  # noqa: PLC0415
+    from hhrl_bench.compiling import announce_compiling  # noqa: PLC0415
 
+    announce_compiling()
     return commands
 
 
@@ -92,22 +104,13 @@ def _root(
         typer.echo(context.get_help())
 
 
-@list_app.command("agents")
-def _list_agents(json: JsonOption = False) -> None:
-    """List rule agents and learned methods, with the number of trained seeds that come with the package."""
-    _commands().list_agents(as_json=json)
-
-
-@list_app.command("tasks")
-def _list_tasks(json: JsonOption = False) -> None:
-    """List tasks: their scenario, training budget and seeds."""
-    _commands().list_tasks(as_json=json)
-
-
-@list_app.command("suites")
-def _list_suites(json: JsonOption = False) -> None:
-    """List suites: their tasks, agents and number of episodes."""
-    _commands().list_suites(as_json=json)
+@app.command("list")
+def _list(
+    what: Annotated[Listed | None, typer.Argument(help="What to list.", show_default="all")] = None,
+    json: JsonOption = False,
+) -> None:
+    """List what is registered: agents with their number of trained seeds, tasks and suites."""
+    _commands().list_registered(what, as_json=json)
 
 
 @app.command("train")
@@ -116,9 +119,9 @@ def _train(
     task: TaskOption = "stop-line-v0",
     seeds: Annotated[str, typer.Option(help="Training seeds, trained side by side, such as 0-4,7.")] = "0",
     env_steps: Annotated[
-        int | None, typer.Option(min=1, help="Steps for each seed. [default: the task's budget]")
+        int | None, typer.Option(min=1, help="Steps for each seed.", show_default="the task's budget")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Run directory. [default: runs/METHOD/TASK]")] = None,
+    out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="runs/METHOD/TASK")] = None,
 ) -> None:
     """Train a method; keep each seed's best policy on validation episodes, and its last."""
     _commands().train(method, task, seeds, env_steps, out)
@@ -126,20 +129,20 @@ def _train(
 
 @app.command("evaluate")
 def _evaluate(
-    agent: AgentArgument,
+    agents: AgentsArgument,
     task: TaskOption = "stop-line-v0",
     episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
     option: HeldOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Score an agent on a task's test episodes, the same worlds for every agent."""
-    _commands().evaluate(agent, task, episodes, option, as_json=json)
+    """Score one agent or several on a task's test episodes, the same worlds for every agent."""
+    _commands().evaluate(agents, task, episodes, option, as_json=json)
 
 
 @app.command("run")
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
-    out: Annotated[Path | None, typer.Option(help="Leaderboard file. [default: leaderboards/SUITE.json]")] = None,
+    out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="leaderboards/SUITE.json")] = None,
 ) -> None:
     """Run a suite, print its table and write its leaderboard."""
     _commands().run(suite, out)
@@ -167,11 +170,19 @@ def _leaderboard_show(
     _commands().show_leaderboard(file, as_json=json)
 
 
+@leaderboard_app.command("schema")
+def _leaderboard_schema() -> None:
+    """Print the JSON schema of leaderboard files."""
+    _commands().show_schema()
+
+
 @app.command("watch")
 def _watch(
     agent: AgentArgument,
     out: Annotated[Path, typer.Option(help="The picture to write: a .gif in real time, or a .png strip.")],
-    task: TaskOption = "stop-line-v0",
+    task: Annotated[
+        str, typer.Option("--task", metavar="TASK", help="The id of a task, or of any scenario.")
+    ] = "stop-line-v0",
     episode: Annotated[int, typer.Option(min=0, help="Which test episode.")] = 0,
     option: HeldOption = None,
 ) -> None:

@@ -4,63 +4,42 @@ import json
 import os
 import shlex
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from hhrl_agents import METHODS, RULES
 from hhrl_agents.files import require_writable
 from hhrl_bench import leaderboard
 from hhrl_bench.errors import AgentError
-from hhrl_bench.loading import load_agent, shipped_methods
+from hhrl_bench.listing import LISTS, Rows
+from hhrl_bench.loading import load_agent, load_agents
 from hhrl_bench.players import OPTIONS
 from hhrl_bench.progress import progress
 from hhrl_bench.records import LeaderboardRecord, OptionName
-from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
+from hhrl_bench.results import TimedResult, evaluate_agent, evaluation_record, task_record
 from hhrl_bench.seeds import parse_seeds
-from hhrl_bench.suite import SUITES, get_suite, units
+from hhrl_bench.suite import get_suite, units
 from hhrl_bench.table import print_results
-from hhrl_bench.tasks import TASKS, get_task
+from hhrl_bench.tasks import Task, get_task, get_world
+from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
 
 PLAIN_WIDTH = 160
 
 
-def list_agents(*, as_json: bool) -> None:
-    """Return nothing; print the rule agents and the learned methods."""
-    shipped = shipped_methods()
-    rules = [{"id": name, "kind": "rule", "shipped_seeds": None} for name in RULES]
-    methods = [{"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0)} for name in METHODS]
-    _print_rows([*rules, *methods], as_json=as_json)
-
-
-def list_tasks(*, as_json: bool) -> None:
-    """Return nothing; print the tasks."""
-    rows = [
-        {
-            "id": task.id,
-            "scenario": task.scenario,
-            "env_steps": task.env_steps,
-            **{
-                f"{seeds.name}_seeds": [seeds.start, seeds.start + seeds.size - 1]
-                for seeds in (task.train, task.validation, task.test)
-            },
-        }
-        for task in TASKS.values()
-    ]
-    _print_rows(rows, as_json=as_json)
-
-
-def list_suites(*, as_json: bool) -> None:
-    """Return nothing; print the suites."""
-    rows = [
-        {"id": suite.id, "tasks": list(suite.tasks), "agents": list(suite.agents), "episodes": suite.episodes}
-        for suite in SUITES.values()
-    ]
-    _print_rows(rows, as_json=as_json)
+def list_registered(what: str | None, *, as_json: bool) -> None:
+    """Return nothing; print one list of :data:`hhrl_bench.listing.LISTS`, or all of them."""
+    if what is not None:
+        _print_rows(LISTS[what](), as_json=as_json)
+    elif as_json:
+        typer.echo(json.dumps({name: rows() for name, rows in LISTS.items()}, indent=2))
+    else:
+        for name, rows in LISTS.items():
+            _print_rows(rows(), title=name)
 
 
 def train(method: str, task: str, seeds: str, env_steps: int | None, out: Path | None) -> None:
@@ -78,20 +57,18 @@ def train(method: str, task: str, seeds: str, env_steps: int | None, out: Path |
     typer.echo(str(folder))
 
 
-def evaluate(agent: str, task: str, episodes: int, option: str | None, *, as_json: bool) -> None:
-    """Return nothing; evaluate an agent and print its record or its table."""
+def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None, *, as_json: bool) -> None:
+    """Return nothing; evaluate agents in the same worlds and print their record or their table."""
     chosen, held = get_task(task), _option(option)
     record = task_record(chosen, episodes)
-    started = time.perf_counter()
-    with progress(f"{agent} on {task}") as update:
-        result = evaluate_agent(agent, chosen, episodes, held, update)
-    seconds = time.perf_counter() - started
+    _require_playable(agents, chosen)
+    timed = [_evaluate_timed(agent, chosen, episodes, held) for agent in agents]
     if not as_json:
-        print_results(_console(), record, [result])
+        print_results(_console(), record, [result for result, _ in timed])
         return
-    words = ["hhrl-bench", "evaluate", agent, "--task", task, "--episodes", str(episodes)]
+    words = ["hhrl-bench", "evaluate", *agents, "--task", task, "--episodes", str(episodes)]
     command = shlex.join([*words, "--option", held] if held else words)
-    typer.echo(evaluation_record(record, result, command, seconds).model_dump_json(indent=2))
+    typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
 
 
 def run(suite_id: str, out: Path | None) -> None:
@@ -139,19 +116,44 @@ def show_leaderboard(path: Path, *, as_json: bool) -> None:
         _print_leaderboard(board)
 
 
+def show_schema() -> None:
+    """Return nothing; print the JSON schema of leaderboards."""
+    typer.echo(leaderboard.schema(), nl=False)
+
+
 def watch(agent: str, task: str, out: Path, episode: int, option: str | None) -> None:
     """Return nothing; draw a test episode into a file."""
     from hhrl_bench.watch import watch as draw  # noqa: PLC0415
 
     held = OPTIONS.get(_option(option) or "")
-    outcome = draw(load_agent(agent, task), task, out, episode, held)
+    world = get_world(task)
+    outcome = draw(load_agent(agent, world), world, out, episode, held)
     typer.echo(f"wrote {out}: {outcome.name.lower().replace('_', '-')}", err=True)
 
 
-def _option(name: str | None) -> OptionName | None:
-    if name not in {None, *OPTIONS}:
-        raise AgentError(f"unknown option {name!r}; write one of: {', '.join(OPTIONS)}")
-    return cast(OptionName | None, name)
+def _require_playable(agents: Sequence[str], task: Task) -> None:
+    """Return nothing; raises before anything is played for an agent that is named twice or does not load."""
+    twice = next((agent for agent in agents if agents.count(agent) > 1), None)
+    if twice is not None:
+        raise AgentError(f"agent {twice!r} is named twice; name each agent once")
+    for agent in agents[1:]:  # the first is loaded and played at once
+        load_agents(agent, get_scenario(task.scenario))
+
+
+def _evaluate_timed(agent: str, task: Task, episodes: int, option: OptionName | None) -> TimedResult:
+    started = time.perf_counter()
+    with progress(f"{agent} on {task.id}") as update:
+        result = evaluate_agent(agent, task, episodes, option, update)
+    return TimedResult(result, time.perf_counter() - started)
+
+
+def _option(spelling: str | None) -> OptionName | None:
+    """Return the option's name for it or for the paper's name, in any case."""
+    names = {word: name for name, option in OPTIONS.items() for word in (name, option.name.lower())}
+    if spelling is not None and spelling.lower() not in names:
+        known = ", ".join(f"{name} or {option.name}" for name, option in OPTIONS.items())
+        raise AgentError(f"unknown option {spelling!r}; write one of: {known}")
+    return None if spelling is None else cast(OptionName, names[spelling.lower()])
 
 
 def _print_leaderboard(board: LeaderboardRecord) -> None:
@@ -160,11 +162,11 @@ def _print_leaderboard(board: LeaderboardRecord) -> None:
         print_results(console, task, [result for result in board.results if result.task == task.id])
 
 
-def _print_rows(rows: list[dict[str, Any]], *, as_json: bool) -> None:
+def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) -> None:
     if as_json:
         typer.echo(json.dumps(rows, indent=2))
         return
-    table = Table(*rows[0], box=None, pad_edge=False)
+    table = Table(*rows[0], title=title, title_justify="left", box=None, pad_edge=False)
     for row in rows:
         table.add_row(*(_said(value) for value in row.values()))
     _console().print(table)

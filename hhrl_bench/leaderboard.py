@@ -1,31 +1,25 @@
 """Leaderboards: a suite's results, built, written whole, and read back strictly."""
 
+import json
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 from pydantic import ValidationError
+from pydantic.json_schema import GenerateJsonSchema
 
 from hhrl_agents.files import write_atomically
 from hhrl_bench.errors import RecordError
 from hhrl_bench.loading import load_agents
 from hhrl_bench.provenance import provenance
-from hhrl_bench.records import SCHEMA_VERSION, LeaderboardRecord, ResultRecord, first_problem
-from hhrl_bench.results import BOOTSTRAP_SEED, evaluate_agent, task_record
+from hhrl_bench.records import SCHEMA_VERSION, LeaderboardRecord, first_problem
+from hhrl_bench.results import BOOTSTRAP_SEED, TimedResult, evaluate_agent, task_record, wall_seconds
 from hhrl_bench.statistics import CONFIDENCE
 from hhrl_bench.suite import Suite, units
 from hhrl_bench.tasks import get_task
 from hhrl_envs import get_scenario
 
 MAX_BYTES = 16 * 2**20
-
-
-class TimedResult(NamedTuple):
-    """A finished unit and the seconds it took."""
-
-    result: ResultRecord
-    seconds: float
 
 
 def run_suite(suite: Suite) -> Iterator[TimedResult]:
@@ -47,9 +41,7 @@ def build(suite: Suite, results: list[TimedResult], command: str) -> Leaderboard
         bootstrap_seed=BOOTSTRAP_SEED,
         tasks=tuple(task_record(get_task(task), suite.episodes) for task in suite.tasks),
         results=tuple(timed.result for timed in results),
-        provenance=provenance(
-            command, {f"{timed.result.task}/{timed.result.agent}": timed.seconds for timed in results}
-        ),
+        provenance=provenance(command, wall_seconds(results)),
     )
 
 
@@ -70,6 +62,12 @@ def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:
         return read(path).model_copy(update={"provenance": leaderboard.provenance}) == leaderboard
     except RecordError:
         return False
+
+
+def schema() -> str:
+    """Return the JSON schema of leaderboards (draft 2020-12), as text."""
+    told = {"$schema": GenerateJsonSchema.schema_dialect, **LeaderboardRecord.model_json_schema()}
+    return json.dumps(told, indent=2) + "\n"
 
 
 def read(path: Path) -> LeaderboardRecord:

@@ -3,9 +3,10 @@
 import contextlib
 import hashlib
 import importlib
+import inspect
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -132,10 +133,29 @@ def _call_factory(name: str, scenario: Scenario) -> Agent:
     make = getattr(_import(module), factory, None)
     if not callable(make):
         raise AgentError(f"module {module!r} has no callable {factory!r}; write module:factory")
+    _require_arity(make, name, scenario)
     agent = guarded(lambda: make(scenario), f"factory {name}, called with the scenario,")
     if not isinstance(agent, Agent):
         raise AgentError(f"{name} returned {type(agent).__name__}; return an agent: reset(mask) and act(observations)")
     return agent
+
+
+def _require_arity(make: Callable[..., object], name: str, scenario: Scenario) -> None:
+    try:
+        inspect.signature(make).bind(scenario)
+    except ValueError:  # it does not say what it takes
+        return
+    except TypeError as error:
+        raise AgentError(
+            f"factory {name}{_place(make)} cannot be called with the scenario: {error}; let it take the scenario alone"
+        ) from error
+
+
+def _place(make: Callable[..., object]) -> str:
+    try:
+        return f" ({Path(inspect.getfile(make)).name}, line {inspect.getsourcelines(make)[1]})"
+    except (TypeError, OSError):  # neither a function nor a class, or without its source
+        return ""
 
 
 def _import(module: str) -> ModuleType:

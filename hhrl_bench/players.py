@@ -1,7 +1,9 @@
 """Agents as the evaluation plays them: every decision checked, failures said in one line, an option held on request."""
 
 import contextlib
+import os
 import sys
+import sysconfig
 import traceback
 from collections.abc import Callable
 from pathlib import Path
@@ -10,12 +12,19 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+import hhrl_agents
+import hhrl_bench
+import hhrl_envs
 from hhrl_agents import Agent, Decision, HierarchicalAgent
 from hhrl_bench.errors import AgentError
 from hhrl_envs import Option
 
 IntArray = NDArray[np.int64]
 Result = TypeVar("Result")
+
+_LIBRARIES = (sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
+_OURS = (str(Path(str(package.__file__)).parent) for package in (hhrl_bench, hhrl_agents, hhrl_envs))
+_NOT_THE_USERS = ("<string>", "<frozen", *(folder + os.sep for folder in (*_LIBRARIES, *_OURS)))
 
 OPTIONS = {"stop": Option.SSL, "follow": Option.FFV}
 
@@ -65,9 +74,15 @@ def guarded(call: Callable[[], Result], what: str) -> Result:
     except AgentError:
         raise
     except (Exception, SystemExit) as error:
-        frame = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(frame.filename).name}, line {frame.lineno}"
-        raise AgentError(f"the agent's {what} raised {type(error).__name__}: {error} ({where})") from error
+        raise AgentError(f"the agent's {what} raised {type(error).__name__}: {error} ({_blamed(error)})") from error
+
+
+def _blamed(error: BaseException) -> str:
+    """Return the file and line to look at: the innermost of the user's, else the innermost of all."""
+    frames = traceback.extract_tb(error.__traceback__)
+    users = [frame for frame in frames if not frame.filename.startswith(_NOT_THE_USERS)]
+    blamed = (users or frames)[-1]
+    return f"{Path(blamed.filename).name}, line {blamed.lineno}"
 
 
 def _checked(values: object, what: str, rows: int, low: int, high: int) -> IntArray:

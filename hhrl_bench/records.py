@@ -141,13 +141,13 @@ class ProvenanceRecord(Record):
 
 
 class EvaluationRecord(Record):
-    """What ``hhrl-bench evaluate --json`` prints."""
+    """What ``hhrl-bench evaluate --json`` prints: every agent that was named, in the same worlds."""
 
     schema_version: Literal[1]
     confidence: Rate
     bootstrap_seed: Count
     task: TaskRecord
-    result: ResultRecord
+    results: Annotated[tuple[ResultRecord, ...], Field(min_length=1)]
     provenance: ProvenanceRecord
 
 

@@ -1,10 +1,12 @@
 """Results: the runs of one agent on one task, and what they come to."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from hhrl_bench.episodes import EpisodeRecords
+from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import evaluate
 from hhrl_bench.loading import LoadedAgent, load_agents
 from hhrl_bench.metrics import METRICS, Metric, finite, means
@@ -30,6 +32,13 @@ from hhrl_envs import get_scenario
 BOOTSTRAP_SEED = 20200725
 
 
+class TimedResult(NamedTuple):
+    """A result and the seconds it took."""
+
+    result: ResultRecord
+    seconds: float
+
+
 def evaluate_agent(
     source: str, task: Task, episodes: int, option: OptionName | None = None, update: Update = silent
 ) -> ResultRecord:
@@ -43,7 +52,10 @@ def evaluate_agent(
     played: list[EpisodeRecords] = []
     with one_torch_thread():
         for loaded in agents:
-            played.append(evaluate(loaded.agent, task, episodes, held))
+            try:
+                played.append(evaluate(loaded.agent, task, episodes, held))
+            except AgentError as error:
+                raise AgentError(f"{source}: {error}") from error
             update(len(played), len(agents), f"success {means(played[-1])['success']:.1%}")
     return ResultRecord(
         agent=source,
@@ -55,16 +67,21 @@ def evaluate_agent(
     )
 
 
-def evaluation_record(task: TaskRecord, result: ResultRecord, command: str, seconds: float) -> EvaluationRecord:
-    """Return the record of one agent on one task, which ``command`` made in ``seconds``."""
+def evaluation_record(task: TaskRecord, timed: Sequence[TimedResult], command: str) -> EvaluationRecord:
+    """Return the record of agents on one task, which ``command`` made."""
     return EvaluationRecord(
         schema_version=SCHEMA_VERSION,
         confidence=CONFIDENCE,
         bootstrap_seed=BOOTSTRAP_SEED,
         task=task,
-        result=result,
-        provenance=provenance(command, {f"{result.task}/{result.agent}": seconds}),
+        results=tuple(result for result, _ in timed),
+        provenance=provenance(command, wall_seconds(timed)),
     )
+
+
+def wall_seconds(timed: Sequence[TimedResult]) -> dict[str, float]:
+    """Return what each result took, by task and agent."""
+    return {f"{result.task}/{result.agent}": seconds for result, seconds in timed}
 
 
 def task_record(task: Task, episodes: int) -> TaskRecord:

@@ -9,12 +9,12 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
+from hhrl_bench import paper
 from hhrl_bench.paper import CASES, TABLE_I, PaperRow
 from hhrl_bench.records import MetricRecord, ResultRecord, TaskRecord
 from hhrl_bench.statistics import wilson
 
 BOUNDLESS = 1000
-NAME_WIDTH = 24
 NONE = "\N{EN DASH}"
 
 
@@ -41,18 +41,36 @@ COLUMNS = (
 )
 
 
+class Layout(NamedTuple):
+    """What a table shows: these columns, with intervals or without, and names folded at so many characters."""
+
+    columns: tuple[Column, ...]
+    intervals: bool
+    name_width: int
+
+
+LAYOUTS = (
+    Layout(COLUMNS, intervals=True, name_width=24),
+    Layout(COLUMNS, intervals=False, name_width=24),
+    *(Layout(COLUMNS[first:], intervals=False, name_width=12) for first in range(len(COLUMNS))),
+)
+"""From the widest to the narrowest, which has the agent and its success alone."""
+
+
 def print_results(console: Console, task: TaskRecord, results: Sequence[ResultRecord]) -> None:
-    """Return nothing; print one task's results, with the intervals where the console is wide enough for them."""
-    wide = results_table(task, results, intervals=True)
-    fits = Measurement.get(console, console.options.update(max_width=BOUNDLESS), wide).maximum <= console.width
-    console.print(wide if fits else results_table(task, results, intervals=False))
+    """Return nothing; print one task's results in the widest layout that the console has room for."""
+    boundless = console.options.update(max_width=BOUNDLESS)
+    tables = (results_table(task, results, layout) for layout in LAYOUTS)
+    fitting = (table for table in tables if Measurement.get(console, boundless, table).maximum <= console.width)
+    console.print(next(fitting, results_table(task, results, LAYOUTS[-1])))
 
 
-def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, intervals: bool) -> Table:
-    """Return the table of one task's results, two lines an agent with ``intervals`` and one without."""
+def results_table(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) -> Table:
+    """Return the table of one task's results, two lines an agent with intervals and one without."""
+    columns, intervals, name_width = layout
     table = Table(
         title=f"{task.id}, {task.episodes:,} test episodes",
-        caption=_caption(results, intervals=intervals),
+        caption=_caption(task, results, layout),
         box=box.HORIZONTALS,
         show_edge=False,
         padding=(0, 1 if intervals else 0),
@@ -61,17 +79,19 @@ def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, interval
         title_justify="left",
         caption_justify="left",
     )
-    table.add_column("agent", overflow="fold", max_width=NAME_WIDTH, vertical="top")
-    for column in COLUMNS:
+    table.add_column("agent", overflow="fold", max_width=name_width, vertical="top")
+    for column in columns:
         table.add_column(
             column.heading if intervals else column.heading.replace(" ", "\n"), justify="right", no_wrap=True
         )
     for result in results:
-        table.add_row(_label(result), *(_cell(column, result, intervals=intervals) for column in COLUMNS))
-    table.add_section()
-    table.add_row(Text("the paper", style="italic"))
-    for row in TABLE_I:
-        table.add_row(row.policy, *(_paper_cell(column, row, intervals=intervals) for column in COLUMNS), style="dim")
+        table.add_row(_label(result), *(_cell(column, result, intervals=intervals) for column in columns))
+    if task.id in paper.TASKS:
+        table.add_section()
+        table.add_row(Text("the paper", style="italic"))
+        for row in TABLE_I:
+            cells = (_paper_cell(column, row, intervals=intervals) for column in columns)
+            table.add_row(row.policy, *cells, style="dim")
     return table
 
 
@@ -111,12 +131,27 @@ def _bound(value: float, digits: int) -> str:
     return f"{value:.1f}" if abs(value) >= 9.995 else f"{value:.{digits}f}"
 
 
-def _caption(results: Sequence[ResultRecord], *, intervals: bool) -> str:
-    paper = f"The paper's rows: Table I, {CASES} cases"
-    if not intervals:
-        return f"Means an episode. {paper}.\nA wider terminal shows 95% intervals."
+def _caption(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) -> str:
+    lines = [_meaning(results) if layout.intervals else "Means an episode."]
+    if task.id in paper.TASKS:
+        lines.append(f"The paper's rows: Table I, {CASES} cases" + (", Wilson." if layout.intervals else "."))
+    lines += [note for result in results if (note := _trained_elsewhere(task, result))]
+    if not layout.intervals:
+        missing = " and more columns" if len(layout.columns) < len(COLUMNS) else ""
+        lines.append(f"A wider terminal shows 95% intervals{missing}.")
+    return "\n".join(lines)
+
+
+def _meaning(results: Sequence[ResultRecord]) -> str:
+    """Return what the numbers and their intervals are."""
     seeds = sorted({len(result.runs) for result in results if len(result.runs) > 1})
     notes = [f"over the {' or '.join(map(str, seeds))} training seeds"] if seeds else []
     if any(len(result.runs) == 1 for result in results):
         notes.append("over the episodes of a single policy (rates: Wilson)")
-    return f"Means and 95% intervals: bootstrap {', or '.join(notes)}.\n{paper}, Wilson."
+    return f"Means and 95% intervals: bootstrap {', or '.join(notes)}."
+
+
+def _trained_elsewhere(task: TaskRecord, result: ResultRecord) -> str | None:
+    """Return the note that an agent was trained in other scenarios than the task's; None if it was not."""
+    others = {run.training.scenario for run in result.runs if run.training} - {task.scenario}
+    return f"{result.agent} was trained in {', '.join(sorted(others))}." if others else None

@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.seeds import SeedRange, consecutive_ranges
-from hhrl_envs.tiers import TIERS
+from hhrl_envs import SCENARIOS
 
 TRAIN, VALIDATION, TEST = consecutive_ranges("train", "validation", "test")
 
@@ -32,16 +32,16 @@ class Task:
     test: SeedRange = field(default=TEST, init=False)
 
 
+_MILD = ("stop-line-v0", "stop-line-paper-v0", "stop-line-heldout-v0", "solo-stop-v0")
+
 TASKS: Mapping[str, Task] = MappingProxyType(
     {
-        task.id: task
-        for task in (
-            Task("stop-line-v0", scenario="stop-line-v0", env_steps=300_000),
-            Task("stop-line-paper-v0", scenario="stop-line-paper-v0", env_steps=300_000),
-            *(Task(tier.id, scenario=tier.id, env_steps=1_000_000) for tier in TIERS),
-        )
+        scenario.id: Task(scenario.id, scenario.id, env_steps=300_000 if scenario.id in _MILD else 1_000_000)
+        for scenario in SCENARIOS.values()
+        if not scenario.learned_fronts
     }
 )
+"""Every registered scenario in which the ego is the only agent, as a task of the same id."""
 
 
 def get_task(task: str | Task) -> Task:
@@ -56,3 +56,16 @@ def get_task(task: str | Task) -> Task:
         return TASKS[task]
     except KeyError:
         raise UnknownTaskError(f"unknown task {task!r}; known tasks: {', '.join(TASKS)}") from None
+
+
+def get_world(world: str | Task) -> Task:
+    """Return the task of an id or, where there is none, the worlds of the scenario of that id, to look at.
+
+    In a scenario that is made for learned front vehicles all of them are scripted here, so it is no task to score on.
+
+    Raises:
+        UnknownTaskError: naming the known ids.
+    """
+    if isinstance(world, str) and world in SCENARIOS and world not in TASKS:
+        return Task(world, scenario=world, env_steps=1)
+    return get_task(world)

@@ -8,7 +8,7 @@ from hhrl_agents.files import OutputError, require_writable, write_atomically
 from hhrl_bench.errors import SeedError
 from hhrl_bench.evaluation import BATCH_ROWS
 from hhrl_bench.players import Player
-from hhrl_bench.tasks import Task, get_task
+from hhrl_bench.tasks import Task, get_world
 from hhrl_envs import Option, Outcome, Simulator, get_scenario
 from hhrl_envs.extras import require
 from hhrl_envs.moments import Moment, moment_of
@@ -19,7 +19,7 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
 
     Args:
         agent: the agent to play; see :class:`hhrl_agents.Agent`.
-        task: a task or its id.
+        task: a task or its id, or a scenario's; see :func:`hhrl_bench.tasks.get_world`.
         out: a ``.gif`` (every step, in real time) or a ``.png`` (a strip of key frames).
         episode: which test episode, as :func:`hhrl_bench.evaluate` counts them.
         option: hold this option fixed in place of the agent's own choice.
@@ -30,7 +30,7 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
     path = Path(out)
     draw = _artist(path)
     require_writable(path)
-    moments = record(agent, get_task(task), episode, option)
+    moments = record(agent, get_world(task), episode, option)
     write_atomically(path, draw(moments))
     return moments[-1].outcome
 

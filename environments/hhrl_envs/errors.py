@@ -5,8 +5,10 @@ class InputError(ValueError):
     """A bad input; the message is one line that says what is wrong and what to write instead."""
 
 
-class UnknownScenarioError(InputError):
-    """A scenario id that is not registered."""
+class UnknownScenarioError(InputError, KeyError):
+    """A scenario id that is not registered; a ``KeyError`` too, for ``SCENARIOS`` is a mapping."""
+
+    __str__ = Exception.__str__  # a KeyError would show its message as a repr
 
 
 def require_value(holds: bool, name: str, value: object, allowed: str) -> None:

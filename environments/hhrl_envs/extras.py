@@ -13,7 +13,8 @@ def require(module: str, extra: str) -> None:
     """Return when the top-level ``module`` is installed.
 
     Raises:
-        MissingExtraError: it is not; the message names the extra of hhrl-bench that brings it.
+        MissingExtraError: it is not; the message says how to install the extra that brings it.
     """
     if find_spec(module) is None:
-        raise MissingExtraError(f"{module} is not installed; run: pip install 'hhrl-bench[{extra}]'")
+        checkout = f"in a checkout: pip install '.[{extra}]'"
+        raise MissingExtraError(f"{module} is not installed; run: pip install 'hhrl-bench[{extra}]', or {checkout}")

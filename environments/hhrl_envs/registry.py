@@ -74,12 +74,16 @@ _ALL = (
     ),
 )
 
-SCENARIOS: Mapping[str, Scenario] = MappingProxyType({scenario.id: scenario for scenario in _ALL})
-"""Every registered scenario by its id."""
+
+class _ById(dict[str, Scenario]):
+    def __missing__(self, scenario_id: str) -> Scenario:
+        raise UnknownScenarioError(f"unknown scenario {scenario_id!r}; write one of: {', '.join(self)}")
+
+
+SCENARIOS: Mapping[str, Scenario] = MappingProxyType(_ById((scenario.id, scenario) for scenario in _ALL))
+"""Every registered scenario by its id; an unknown id raises ``UnknownScenarioError`` that lists the known ones."""
 
 
 def get_scenario(scenario_id: str) -> Scenario:
     """Return the registered scenario; raises ``UnknownScenarioError`` that lists the known ids."""
-    if scenario_id not in SCENARIOS:
-        raise UnknownScenarioError(f"unknown scenario {scenario_id!r}; write one of: {', '.join(SCENARIOS)}")
     return SCENARIOS[scenario_id]

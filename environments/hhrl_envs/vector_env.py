@@ -58,13 +58,14 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
     def reset(
         self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], Info]:
-        """Return the first observations, float32 [B, 11], and infos with each row's ``feasible``, bool [B]."""
+        """Return the first observations, float32 [B, 11], and infos: ``feasible``, bool [B], ``option_mask`` [B, 2]."""
         if seed is None and self._seeded:
             self.simulator.next_episode()
         else:
             self.simulator.reset(as_seeds(seed, self.num_envs))
             self._seeded = True
-        return self.simulator.observations, {"feasible": self.simulator.feasible}
+        option_mask = np.tile(self.scenario.option_mask, (self.num_envs, 1))
+        return self.simulator.observations, {"feasible": self.simulator.feasible, "option_mask": option_mask}
 
     def step(self, actions: NDArray[Any]) -> Batch:
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""

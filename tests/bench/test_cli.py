@@ -84,7 +84,24 @@ def test_evaluate_prints_json_alone_on_stdout() -> None:
     record = EvaluationRecord.model_validate_json(text)
     assert record.task.episodes == 40
     assert record.provenance.command == "hhrl-bench evaluate rule-2 --task stop-line-v0 --episodes 40"
-    assert record.result.runs[0].episodes_sha256 == evaluate(load_agent("rule-2"), episodes=40).digest()
+    assert record.results[0].runs[0].episodes_sha256 == evaluate(load_agent("rule-2"), episodes=40).digest()
+
+
+def test_several_agents_share_one_record_and_one_table() -> None:
+    record = EvaluationRecord.model_validate_json(done("evaluate", "rule-2", "rule-4", "--episodes", "20", "--json"))
+    alone = EvaluationRecord.model_validate_json(done("evaluate", "rule-4", "--episodes", "20", "--json"))
+    assert [result.agent for result in record.results] == ["rule-2", "rule-4"]
+    assert record.results[1:] == alone.results
+    assert record.provenance.command == "hhrl-bench evaluate rule-2 rule-4 --task stop-line-v0 --episodes 20"
+    assert set(record.provenance.wall_seconds) == {"stop-line-v0/rule-2", "stop-line-v0/rule-4"}
+    said = done("evaluate", "rule-2", "rule-4", "--episodes", "20")
+    assert said.count("stop-line-v0, 20 test episodes") == 1
+    assert said.index("\nrule-2 ") < said.index("\nrule-4 ")
+
+
+def test_an_agent_that_does_not_load_is_said_before_the_others_play(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hhrl_bench.commands.evaluate_agent", lambda *_: pytest.fail("played"))
+    assert "unknown agent 'rule-9'" in refused("evaluate", "rule-1", "rule-9")
 
 
 def test_evaluate_twice_differs_in_its_provenance_only() -> None:
@@ -96,18 +113,41 @@ def test_evaluate_twice_differs_in_its_provenance_only() -> None:
 def test_evaluate_holds_the_option() -> None:
     held = json.loads(done("evaluate", "rule-4", "--episodes", "30", "--option", "stop", "--json"))
     rule = json.loads(done("evaluate", "rule-2", "--episodes", "30", "--json"))
-    assert held["result"]["option"] == "stop"
-    assert held["result"]["runs"] == rule["result"]["runs"]
+    assert held["results"][0]["option"] == "stop"
+    assert held["results"][0]["runs"] == rule["results"][0]["runs"]
     assert held["provenance"]["command"].endswith("--option stop")
 
 
+@pytest.mark.parametrize(("spelling", "name"), [("SSL", "stop"), ("ffv", "follow"), ("Follow", "follow")])
+def test_an_option_may_be_spelt_as_in_the_paper(spelling: str, name: str) -> None:
+    said = done("evaluate", "rule-4", "--episodes", "5", "--option", spelling, "--json")
+    assert json.loads(said)["results"][0]["option"] == name
+
+
 def test_the_table_fits_narrow_and_wide_terminals() -> None:
-    for columns in (80, 120):
+    for columns in (30, 40, 60, 80, 120):
         result = invoke("evaluate", "rule-2", "--episodes", "20", columns=columns)
         lines = result.stdout.splitlines()
         assert max(map(len, lines)) <= columns
         assert "…" not in result.stdout
-        assert ("Wilson" in result.stdout) == (columns == 120)
+        assert "\nrule-2 " in result.stdout
+        said = " ".join(result.stdout.split())
+        assert "success" in said
+        assert ("unsafe" in said) == (columns >= 60)
+        assert ("r^o" in said) == ("more columns" not in said) == (columns >= 80)
+        assert ("Wilson" in said) == (columns == 120)
+
+
+def test_the_papers_rows_stand_below_its_own_tasks_only() -> None:
+    for task in ("stop-line-v0", "stop-line-paper-v0", "stop-line-wet-v0"):
+        said = done("evaluate", "rule-2", "--episodes", "20", "--task", task)
+        assert ("Hybrid HRL" in said) == ("Table I" in said) == (task != "stop-line-wet-v0")
+
+
+def test_a_checkpoint_of_another_scenario_is_noted_below_the_table() -> None:
+    note = "ddqn was trained in stop-line-v0."
+    assert note in done("evaluate", "ddqn", "--episodes", "2", "--task", "solo-stop-v0")
+    assert note not in done("evaluate", "ddqn", "--episodes", "2")
 
 
 def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: Suite, tmp_path: Path) -> None:
@@ -143,6 +183,9 @@ def test_lists_name_what_is_registered() -> None:
     for what, names in (("agents", [*RULES, *METHODS]), ("tasks", TASKS), ("suites", SUITES)):
         said = done("list", what)
         assert all(name in said for name in names)
+        assert f"\n{said}" in done("list")
+    together = json.loads(done("list", "--json"))
+    assert together == {what: json.loads(done("list", what, "--json")) for what in ("agents", "tasks", "suites")}
 
 
 def test_version_and_help() -> None:
@@ -151,17 +194,20 @@ def test_version_and_help() -> None:
     for command in ("train", "evaluate", "run", "list", "leaderboard", "watch"):
         assert command in done("--help")
         assert "Usage" in done(command, "--help")
+    assert "the task's budget" in " ".join(done("train", "--help").split())
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["evaluate"], "Missing argument 'AGENT'"),
+        (["evaluate", "rule-1", "rule-2", "rule-1"], "agent 'rule-1' is named twice; name each agent once"),
         (["evaluate", "rule-9"], "unknown agent 'rule-9'"),
         (["evaluate", "rule-1", "--task", "x"], "unknown task 'x'; known tasks: stop-line-v0"),
         (["evaluate", "rule-1", "--episodes", "0"], "ask for 1 to"),
         (["evaluate", "rule-1", "--episodes", "many"], "'--episodes'"),
-        (["evaluate", "rule-1", "--option", "left"], "unknown option 'left'; write one of: stop, follow"),
+        (["evaluate", "rule-1", "--option", "left"], "unknown option 'left'; write one of: stop or SSL, follow or FFV"),
+        (["evaluate", "rule-1", "ddqn", "--option", "ssl"], "ddqn: a flat agent has no option to hold; leave out"),
         (["evaluate", "rule-1", "--speed", "9"], "No such option"),
         (["evaluate", "nowhere:make"], "cannot import 'nowhere'"),
         (["run", "--suite", "slow"], "unknown suite 'slow'; known suites: quick"),
@@ -170,6 +216,7 @@ def test_version_and_help() -> None:
         (["train", "ddqn", "--env-steps", "0"], "'--env-steps'"),
         (["leaderboard", "show", "nowhere.json"], "cannot read nowhere.json: No such file"),
         (["leaderboard"], "Missing command"),
+        (["list", "dances"], "'dances' is not one of 'agents', 'tasks', 'suites'"),
         (["dance"], "No such command 'dance'"),
         (["watch", "rule-1", "--out", "x.mp4"], "x.mp4"),
     ],
@@ -203,7 +250,7 @@ def test_a_process_finds_factories_in_its_folder(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text("from hhrl_agents import RULES\nmake = RULES['rule-2']\n")
     ended = process("evaluate", "mine:make", "--episodes", "30", "--json", folder=tmp_path)
     assert ended.returncode == 0, ended.stderr
-    runs = json.loads(ended.stdout)["result"]["runs"]
+    runs = json.loads(ended.stdout)["results"][0]["runs"]
     assert runs[0]["episodes_sha256"] == evaluate(load_agent("rule-2"), episodes=30).digest()
 
 
@@ -248,10 +295,10 @@ def test_help_waits_for_no_heavy_import(tmp_path: Path) -> None:
 
 
 def test_an_interrupt_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(**_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hhrl_bench.commands.list_agents", interrupted)
+    monkeypatch.setattr("hhrl_bench.commands.list_registered", interrupted)
     result = invoke("list", "agents")
     assert result.exit_code == 130
     assert result.stderr.strip() == "hhrl-bench: interrupted; what was not finished was not written"

@@ -29,6 +29,17 @@ class Coasting:
 def crashing(scenario):
     raise RuntimeError("out of paint")
 
+def careless(scenario):
+    import dataclasses
+    return dataclasses.replace(scenario, horizon=-1)
+
+def greedy(scenario, speed):
+    return None
+
+class Headless(Coasting):
+    def __init__(self):
+        pass
+
 def nothing(scenario):
     return None
 
@@ -80,6 +91,18 @@ def test_a_factory_in_the_current_folder_is_called_with_the_scenario(folder: Pat
             "my_factories:crashing",
             "my_factories:crashing, called with the scenario, raised RuntimeError: out of paint (my_factories.py, l",
         ),
+        (
+            "my_factories:careless",
+            "Scenario.horizon is -1; write an integer from 1 to 1000000 (steps) (my_factories.py, line 19)",
+        ),
+        (
+            "my_factories:greedy",
+            "greedy (my_factories.py, line 21) cannot be called with the scenario: missing a required argument",
+        ),
+        (
+            "my_factories:Headless",
+            "Headless (my_factories.py, line 24) cannot be called with the scenario: too many positional arguments",
+        ),
         ("my_factories:nothing", "my_factories:nothing returned NoneType; return an agent"),
         ("my_factories:value", "module 'my_factories' has no callable 'value'; write module:factory"),
         ("my_factories:missing", "module 'my_factories' has no callable 'missing'"),
@@ -95,7 +118,7 @@ def test_a_factory_in_the_current_folder_is_called_with_the_scenario(folder: Pat
     ],
 )
 @pytest.mark.usefixtures("folder")
-def test_a_factory_that_fails(source: str, said: str) -> None:
+def test_a_factory_that_fails_is_blamed_in_its_own_file(source: str, said: str) -> None:
     assert said in refused(source)
 
 

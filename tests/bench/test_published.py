@@ -1,18 +1,36 @@
-"""The published leaderboards speak of the worlds and the checkpoints of this very version."""
+"""The published files are of this very version: the schema its records', the boards of its worlds and checkpoints."""
 
 import hashlib
+import json
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 from hhrl_bench import leaderboard
 from hhrl_bench.loading import SHIPPED
 from hhrl_envs import get_scenario
+from support.command_line import invoke
 
 FOLDER = Path(__file__).parents[2] / "leaderboards"
+SCHEMA = FOLDER / "schema.json"
+EACH_BOARD = pytest.mark.parametrize("path", sorted({*FOLDER.glob("*.json")} - {SCHEMA}), ids=lambda path: path.stem)
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.json")), ids=lambda path: path.stem)
+def test_the_published_schema_is_that_of_the_records() -> None:
+    assert invoke("leaderboard", "schema").stdout == SCHEMA.read_text()
+
+
+@EACH_BOARD
+def test_a_published_leaderboard_keeps_to_the_published_schema(path: Path) -> None:
+    validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text()))
+    board = json.loads(path.read_text())
+    validator.validate(board)
+    board["results"][0]["runs"][0]["episodes_sha256"] = "short"
+    assert [error.json_path for error in validator.iter_errors(board)] == ["$.results[0].runs[0].episodes_sha256"]
+
+
+@EACH_BOARD
 def test_a_published_leaderboard_is_of_this_version(path: Path) -> None:
     board = leaderboard.read(path)
     for task in board.tasks:

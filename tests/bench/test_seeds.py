@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hhrl_bench.errors import SeedError, UnknownTaskError
 from hhrl_bench.seeds import MAX_TRAINING_SEED, SeedRange, consecutive_ranges, format_seeds, parse_seeds
-from hhrl_bench.tasks import TASKS, Task, get_task
+from hhrl_bench.tasks import TASKS, Task, get_task, get_world
 from hhrl_envs import SCENARIOS
 from hhrl_envs.errors import InputError
 
@@ -77,6 +77,16 @@ def test_a_task_has_its_id_and_a_registered_scenario(task_id: str) -> None:
     assert task.id == task_id
     assert task.scenario in SCENARIOS
     assert get_task(task) is task
+
+
+def test_every_scenario_of_a_single_agent_is_a_task_and_the_others_are_worlds_to_look_at() -> None:
+    others = {"platoon-v0", "adversary-v0"}
+    assert set(TASKS) == set(SCENARIOS) - others
+    for world in SCENARIOS:
+        assert get_world(world).scenario == world
+    for world in others:
+        with pytest.raises(UnknownTaskError):
+            get_task(world)
 
 
 def test_an_unknown_task_is_told_which_there_are() -> None:

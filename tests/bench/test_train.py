@@ -64,7 +64,7 @@ def test_the_command_trains_and_its_run_can_be_evaluated(tmp_path: Path) -> None
     assert "2,400 of 2,400 validation success" in trained.stderr
     assert {path.name for path in folder.iterdir()} == FILES
     evaluated = invoke("evaluate", str(folder), "--episodes", "25", "--json")
-    result = EvaluationRecord.model_validate_json(evaluated.stdout).result
+    result = EvaluationRecord.model_validate_json(evaluated.stdout).results[0]
     assert (result.kind, result.seeds) == ("learned", (0, 2))
     assert result.metrics.success.interval == "bootstrap-seeds"
     assert (result.metrics.steps.n, result.metrics.return_option.n) == (2, 2)

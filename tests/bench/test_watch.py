@@ -1,5 +1,6 @@
 """Watching: the drawn episode is the evaluated one, and files are whole or absent."""
 
+import re
 from io import BytesIO
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from hhrl_bench.tasks import Task, get_task
 from hhrl_bench.watch import record, watch
 from hhrl_envs import InputError, Option, Outcome, extras, get_scenario
 from hhrl_envs.drawing import BLUE, GREEN, GREY, ORANGE, Canvas, Colour
+from support.command_line import invoke
 
 TASK = get_task("stop-line-v0")
 
@@ -101,6 +103,12 @@ def test_held_option_is_selected_throughout() -> None:
     assert {moment.option for moment in record(rule("rule-4"), TASK, 0, Option.SSL)} == {Option.SSL}
 
 
+def test_a_scenario_without_a_task_is_watched_too(tmp_path: Path) -> None:
+    out = tmp_path / "strip.png"
+    assert invoke("watch", "rule-4", "--task", "platoon-v0", "--out", str(out)).exit_code == 0
+    assert out.stat().st_size > 0
+
+
 @pytest.mark.parametrize("name", ["film.mp4", "film", "film.gif.txt"])
 def test_other_suffixes_are_refused_before_playing(tmp_path: Path, name: str) -> None:
     with pytest.raises(OutputError, match=r"ends in \.gif or \.png"):
@@ -123,7 +131,8 @@ def test_episodes_outside_the_test_range_are_refused(tmp_path: Path, episode: in
 
 def test_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(extras, "find_spec", lambda _: None)
-    with pytest.raises(InputError, match=r"pip install 'hhrl-bench\[render\]'"):
+    said = "pip install 'hhrl-bench[render]', or in a checkout: pip install '.[render]'"
+    with pytest.raises(InputError, match=re.escape(said)):
         watch(Unplayable(), TASK, tmp_path / "film.gif")
 
 

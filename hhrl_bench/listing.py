@@ -1,0 +1,47 @@
+"""What is registered, as rows to list: agents, tasks and suites."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from hhrl_agents import METHODS, RULES
+from hhrl_bench.loading import shipped_methods
+from hhrl_bench.suite import SUITES
+from hhrl_bench.tasks import TASKS
+
+Rows = list[dict[str, Any]]
+
+
+def agents() -> Rows:
+    """Return the rule agents and the learned methods, with the number of trained seeds that come with the package."""
+    shipped = shipped_methods()
+    rules = [{"id": name, "kind": "rule", "shipped_seeds": None} for name in RULES]
+    return [*rules, *({"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0)} for name in METHODS)]
+
+
+def tasks() -> Rows:
+    """Return the tasks: their scenario, training budget, and first and last seeds."""
+    return [
+        {
+            "id": task.id,
+            "scenario": task.scenario,
+            "env_steps": task.env_steps,
+            **{
+                f"{seeds.name}_seeds": [seeds.start, seeds.start + seeds.size - 1]
+                for seeds in (task.train, task.validation, task.test)
+            },
+        }
+        for task in TASKS.values()
+    ]
+
+
+def suites() -> Rows:
+    """Return the suites: their tasks, agents and number of episodes."""
+    return [
+        {"id": suite.id, "tasks": list(suite.tasks), "agents": list(suite.agents), "episodes": suite.episodes}
+        for suite in SUITES.values()
+    ]
+
+
+LISTS: Mapping[str, Callable[[], Rows]] = MappingProxyType({"agents": agents, "tasks": tasks, "suites": suites})
+"""Each list by the name that the command line has for it."""
