@@ -76,8 +76,9 @@ class DoubleDQN:
         norm = method.config.layer_norm
         self._online = MLP(subset(stack.online, "action."), layer_norm=norm)
         self._both = MLP(subset(stack.both, "action."), layer_norm=norm)
+        self._target = MLP(subset(stack.target, "action."), layer_norm=norm)
         self._gradients = subset(stack.gradients, "action.")
-        self._device = stack.flat.device
+        self._alpha, self._device = method.config.advantage_learning, stack.flat.device
         self.choices = (np.arange(scenario.num_actions),)
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
@@ -91,6 +92,8 @@ class DoubleDQN:
         target = batch.action_rewards + batch.discounts * value
         values, trace = self._online.trace(batch.observations)
         errors = target - values.gather(1, batch.actions)
+        if self._alpha > 0.0:
+            errors -= self._alpha * shortfall(self._target(batch.observations), batch.actions)
         return (LevelErrors(errors, batch.actions, values, self._online, trace, self._gradients),)
 
 
@@ -105,15 +108,16 @@ class HierarchicalDoubleDQN:
 
     def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
         config = method.config
-        self._option, self._option_both = (
+        self._option, self._option_target, self._option_both = (
             MLP(subset(parameters, "option."), layer_norm=config.layer_norm)
-            for parameters in (stack.online, stack.both)
+            for parameters in (stack.online, stack.target, stack.both)
         )
-        self._action, self._action_both = (
-            ActionNetwork(subset(parameters, "action."), config) for parameters in (stack.online, stack.both)
+        self._action, self._action_target, self._action_both = (
+            ActionNetwork(subset(parameters, "action."), config)
+            for parameters in (stack.online, stack.target, stack.both)
         )
         self._gradients = [subset(stack.gradients, f"{level}.") for level in self.levels]
-        self._device = stack.flat.device
+        self._alpha, self._device = config.advantage_learning, stack.flat.device
         self._penalty = mask_penalty(scenario.option_mask).to(self._device)
         self.choices = (np.flatnonzero(scenario.option_mask), np.arange(scenario.num_actions))
 
@@ -126,15 +130,20 @@ class HierarchicalDoubleDQN:
 
     def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
         """Return the errors of the option values and of the action values; see `Algorithm.td_errors`."""
-        following = _twice(batch.next_observations)
+        following, given = _twice(batch.next_observations), one_hot(batch.options)
         best, option_value = double_q(self._option_both(following) + self._penalty)
         _, action_value = double_q(self._action_both(following, _twice(one_hot(best))))
         values, trace = self._option.trace(batch.observations)
         errors = batch.option_rewards + batch.discounts * option_value - values.gather(1, batch.options)
         option = LevelErrors(errors, batch.options, values, self._option, trace, self._gradients[0])
-        values, trace = self._action.trace(batch.observations, one_hot(batch.options))
+        values, trace = self._action.trace(batch.observations, given)
         errors = batch.action_rewards + batch.discounts * action_value - values.gather(1, batch.actions)
-        return option, LevelErrors(errors, batch.actions, values, self._action, trace, self._gradients[1])
+        action = LevelErrors(errors, batch.actions, values, self._action, trace, self._gradients[1])
+        if self._alpha > 0.0:
+            old = self._option_target(batch.observations) + self._penalty
+            option.errors.sub_(self._alpha * shortfall(old, batch.options))
+            action.errors.sub_(self._alpha * shortfall(self._action_target(batch.observations, given), batch.actions))
+        return option, action
 
 
 def double_q(values: Tensor) -> tuple[Tensor, Tensor]:
@@ -145,6 +154,11 @@ def double_q(values: Tensor) -> tuple[Tensor, Tensor]:
     online, target = values.chunk(2)
     best = online.max(1, keepdim=True).indices
     return best, target.gather(1, best)
+
+
+def shortfall(values: Tensor, choices: Tensor) -> Tensor:
+    """Return how much less than the best of `values` [E, C, K] the value of each choice is, [E, 1, K]."""
+    return values.max(1, keepdim=True).values - values.gather(1, choices)
 
 
 def _greedy_or(tried: IntArray, values: Tensor) -> IntArray:

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.base import NO_OPTION, BoolArray, Decision, Float32Array, IntArray
+from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP, Parameters
 from hhrl_agents.networks import ActionNetwork, mask_penalty, one_hot, subset
@@ -27,18 +28,20 @@ class LearnedAgent:
         self.scenario = scenario
         self.parameters = dict(parameters)
         self.metadata = dict(metadata)
+        self._memory = Traces(method.config.memory)
         self._build()
 
     def _build(self) -> None:
         self._flat = MLP(subset(self.parameters, "action."), layer_norm=self.method.config.layer_norm)
 
     def reset(self, mask: BoolArray) -> None:
-        """Return nothing: the policy remembers nothing."""
+        """Return nothing; forget the rows that start a new episode; see `Agent.reset`."""
+        self._memory.begin(mask)
 
     @torch.no_grad()
     def act(self, observations: Float32Array) -> Decision:
         """Return no option (-1) and the greedy action, int64 [B] each; see `Agent.act`."""
-        actions = _best(self._flat(_states(observations)))
+        actions = _best(self._flat(_states(self._memory.observe(observations))))
         return Decision(np.full_like(actions, NO_OPTION), actions)
 
 
@@ -53,13 +56,14 @@ class HierarchicalLearnedAgent(LearnedAgent):
     @torch.no_grad()
     def act(self, observations: Float32Array) -> Decision:
         """Return the greedy option and action, int64 [B] each; see `Agent.act`."""
-        option = _best(self._option(_states(observations)) + self._penalty)
-        return Decision(option, self.act_with_option(observations, option))
+        states = _states(self._memory.observe(observations))
+        option = _best(self._option(states) + self._penalty)
+        return Decision(option, _best(self._action(states, _options(option))))
 
     @torch.no_grad()
     def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
         """Return the greedy actions given the options, int64 [B]; see `HierarchicalAgent.act_with_option`."""
-        return _best(self._action(_states(observations), _options(option)))
+        return _best(self._action(_states(self._memory.observe(observations)), _options(option)))
 
     @torch.no_grad()
     def attention(self, observations: Float32Array, option: IntArray) -> Float32Array:

@@ -9,20 +9,20 @@ import torch
 
 from hhrl_agents.adam import Adam
 from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN
-from hhrl_agents.base import FloatArray, IntArray
+from hhrl_agents.base import BoolArray, Float32Array, FloatArray, IntArray
 from hhrl_agents.exploration import Explorer
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
 from hhrl_agents.learning_rewards import discounts, level_rewards
+from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.multistep import MultiStep
-from hhrl_agents.networks import method_shapes
+from hhrl_agents.networks import method_shapes, num_features
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.replay import ReplayBuffer, Transitions
 from hhrl_agents.sampling import make_sampler
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.errors import InputError
-from hhrl_envs.observation import SIZE
 
 ALGORITHMS = {False: DoubleDQN, True: HierarchicalDoubleDQN}
 
@@ -71,12 +71,16 @@ class Learner:
         levels = self.algorithm.levels
         parts = [self.stack.part(f"{level}.") for level in levels]
         self._optimiser = Adam(self.stack.flat, parts, config.max_gradient_norm)
-        self._replay = ReplayBuffer(len(seeds), config.n_envs, config.replay_capacity, place)
+        features = num_features(config)
+        self._replay = ReplayBuffer(len(seeds), config.n_envs, config.replay_capacity, features, place)
         self._sampler = make_sampler(method, generators(seeds, Purpose.REPLAY), len(levels), self._replay.capacity)
         self._multistep = MultiStep(config.n_steps)
         self._explorers = self._make_explorers()
         self._simulator = Simulator(scenario, len(seeds) * config.n_envs)
         self._simulator.reset(world_seeds.reshape(-1))
+        self._memory = Traces(config.memory)
+        self._memory.begin(np.ones(self._simulator.num_rows, np.bool_))
+        self._features = self._observe(None)
         self._clear_meters()
 
     def train(self, env_steps: int) -> Iterator[Progress]:
@@ -103,24 +107,31 @@ class Learner:
     def _interact(self, epsilon: float) -> None:
         """Step every environment once and store what happened."""
         simulator, shape = self._simulator, (len(self.seeds), self.method.config.n_envs)
-        observations = simulator.observations.copy().reshape(*shape, SIZE)
         tried = [explorer.draw(epsilon) for explorer in self._explorers]
-        options, actions = self.algorithm.choose(observations, tried)
+        options, actions = self.algorithm.choose(self._features, tried)
         simulator.step(actions.reshape(-1))
+        ended = simulator.outcomes != Outcome.RUNNING
         step = Transitions(
-            observations,
+            self._features,
             options,
             actions,
             level_rewards(self.method, simulator, options.reshape(-1)).reshape(*shape, 2),
             discounts(self.method, simulator).reshape(shape),
-            simulator.observations.reshape(*shape, SIZE),
+            self._observe(None),
         )
-        joined = self._multistep.push(step, (simulator.outcomes != Outcome.RUNNING).reshape(shape))
+        joined = self._multistep.push(step, ended.reshape(shape))
         if joined is not None:
             self._sampler.added(self._replay.add(joined))
         self._count_outcomes()
         simulator.reset_done()
+        self._memory.begin(ended)
+        self._features = self._observe(ended)
         self.env_steps += shape[1]
+
+    def _observe(self, rows: BoolArray | None) -> Float32Array:
+        """Return what the networks read, [E, n_envs, features], of all rows, after memory has seen the new `rows`."""
+        features = self._memory.observe(self._simulator.observations, rows)
+        return features.reshape(len(self.seeds), self.method.config.n_envs, -1)
 
     def _update_is_due(self) -> bool:
         config = self.method.config

@@ -14,18 +14,21 @@ def level_rewards(method: Method, simulator: Simulator, options: IntArray) -> Fl
 
     With the hybrid reward they are r^option and r^action of the selected option, otherwise r^task twice. Algorithm 2
     (`credit`) is the other way round: a failure of the selected sub-goal is the option's fault, of the other one the
-    action's. Where a time limit counts as truncation its penalty, part of all of them, is left out.
+    action's. The penalty for unsmoothness, part of r^task and r^action, counts for `jerk_weight`. Where a time limit
+    counts as truncation its penalty, part of all of them, is left out.
     """
+    unsmooth = simulator.terms[:, UNSMOOTH]
     rewards = np.empty((simulator.num_rows, 2))
     if method.hybrid_reward:
         rows = np.arange(simulator.num_rows)
         rewards[:, OPTION] = simulator.reward_option[rows, options]
         rewards[:, ACTION] = simulator.reward_action[rows, options]
         if method.config.credit == "algorithm-2":
-            unsmooth = simulator.terms[:, UNSMOOTH]
             rewards = rewards[:, ::-1] + np.stack((-unsmooth, unsmooth), axis=1)
     else:
         rewards[:] = simulator.rewards[:, None]
+    excess = (1.0 - method.config.jerk_weight) * unsmooth
+    rewards -= np.stack((np.zeros_like(excess) if method.hybrid_reward else excess, excess), axis=1)
     if method.config.timeout == "truncation":
         rewards -= simulator.terms[:, TIMEOUT, None]
     return rewards * method.config.reward_scale

@@ -34,6 +34,11 @@ class LearnerConfig:
         attended: what the attention multiplies: the "state" (the text), or the "linear" layer of it (Figure 2).
         credit: whose fault the failure of a sub-goal is, by the reward "equations" or by "algorithm-2".
         n_steps: steps of reward in a target before it bootstraps.
+        advantage_learning: alpha of advantage learning (Bellemare et al., 2016), which takes the share alpha of
+            max Q'(s) - Q'(s, a) off every target, Q' the target network: choices that a step of 0.1 s hardly tells
+            apart differ more in value, and keep their order.
+        memory: rates of the running averages of the observations that networks read beside the observation itself.
+        jerk_weight: what the task's penalty for unsmoothness counts for in learning; 1 is the task's reward.
         learning_rate, final_learning_rate: Adam's, changed linearly over the training budget.
         max_gradient_norm: bound of each network's gradient, for each seed by itself.
         gamma: discount of one step.
@@ -62,6 +67,9 @@ class LearnerConfig:
     attended: Literal["state", "linear"] = "state"
     credit: Literal["equations", "algorithm-2"] = "equations"
     n_steps: int = 1
+    advantage_learning: float = 0.0
+    memory: tuple[float, ...] = ()
+    jerk_weight: float = 1.0
     learning_rate: float = 1e-3
     final_learning_rate: float = 5e-5
     max_gradient_norm: float = 5.0
@@ -93,11 +101,15 @@ class LearnerConfig:
         positive = ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale", "priority_floor")
         for name in (*positive, "exploration_share"):
             self._require(name, getattr(self, name) > 0, "a number above 0")
-        for name in ("gamma", "final_epsilon", "priority_exponent", "importance_exponent"):
+        for name in ("gamma", "final_epsilon", "priority_exponent", "importance_exponent", "jerk_weight"):
             self._require(name, 0 <= getattr(self, name) <= 1, "a number in [0, 1]")
         self._require("hidden", len(self.hidden) > 0 and min(self.hidden) > 0, "one or more positive layer widths")
         self._require("warmup", self.warmup >= self.n_envs, f"at least n_envs ({self.n_envs})")
         self._require("replay_capacity", self.replay_capacity >= self.warmup, f"at least warmup ({self.warmup})")
+        self._require("advantage_learning", 0 <= self.advantage_learning < 1, "a number in [0, 1)")
+        self._require("memory", all(0 < rate < 1 for rate in self.memory), "rates in (0, 1)")
+        plain = self.attended == "state" or not self.memory
+        self._require("attended", plain, "state, where there is memory: the linear layer sees none")
         self._require("target_rate", 0 < self.target_rate <= 1, "a number in (0, 1]")
         for name, readings in _READINGS.items():
             self._require(name, getattr(self, name) in readings, " or ".join(readings))
@@ -144,7 +156,7 @@ class Method:
         """Return the method without its id as JSON data."""
         data = asdict(self)
         del data["id"]
-        data["config"]["hidden"] = list(self.config.hidden)
+        data["config"] |= {"hidden": list(self.config.hidden), "memory": list(self.config.memory)}
         return data
 
     @classmethod
@@ -155,7 +167,7 @@ class Method:
             InputError: if an entry is missing or not known, or a value not allowed.
         """
         try:
-            config = {**data["config"], "hidden": tuple(data["config"]["hidden"])}
+            config = {**data["config"], **{name: tuple(data["config"][name]) for name in ("hidden", "memory")}}
             method = cls(method_id, **{**data, "config": LearnerConfig(**config)})
         except (KeyError, TypeError) as error:
             raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error

@@ -48,9 +48,9 @@ class ActionNetwork:
         self._of_linear = config.attended == "linear"
 
     @staticmethod
-    def shapes(hidden: tuple[int, ...], num_actions: int, *, attention: bool) -> Shapes:
+    def shapes(features: int, hidden: tuple[int, ...], num_actions: int, *, attention: bool) -> Shapes:
         """Return the parameter shapes for `hidden` units a layer and `num_actions` outputs."""
-        layers = mlp_shapes(SIZE + NUM_OPTIONS, *hidden, num_actions)
+        layers = mlp_shapes(features + NUM_OPTIONS, *hidden, num_actions)
         shapes = {f"values.{name}": shape for name, shape in layers.items()}
         if attention:
             shapes["attention.state.weight"] = (SIZE, SIZE)
@@ -63,6 +63,7 @@ class ActionNetwork:
 
         states: [E, 11, K]; options: one-hot [E, 2, K].
         """
+        states = states[:, :SIZE]
         return self._attend(states, options)[0] if self._attention else torch.full_like(states, 1 / SIZE)
 
     def __call__(self, states: Tensor, options: Tensor) -> Tensor:
@@ -80,21 +81,28 @@ class ActionNetwork:
         grad = self._values.backward(trace.values, values_grad, subset(gradients, "values."))
         if trace.weights is None:
             return
-        attended_grad = torch.bmm(self._values.weights[0][:, :SIZE], grad)
-        share = attended_grad * trace.attended
+        attended_grad = torch.bmm(self._values.weights[0][:, : trace.states.shape[1]], grad)
+        share = _grouped(attended_grad * trace.attended).sum(1)
         scores_grad = share.addcmul(trace.weights, share.sum(1, keepdim=True), value=-1.0)
         into = subset(gradients, "attention.")
         linear_backward(trace.options, scores_grad, into["option.weight"])
         if self._of_linear:
             scores_grad = scores_grad.addcmul_(attended_grad, trace.weights, value=SIZE)
-        linear_backward(trace.states, scores_grad, into["state.weight"], into["state.bias"])
+        linear_backward(trace.states[:, :SIZE], scores_grad, into["state.weight"], into["state.bias"])
 
     def _attend(self, states: Tensor, options: Tensor) -> tuple[Tensor, Tensor]:
         """Return I(s, o) and s^I, [E, 11, K] each."""
         by_name = self._attention
-        scored = linear(by_name["state.weight"], by_name["state.bias"].transpose(1, 2), states)
+        scored = linear(by_name["state.weight"], by_name["state.bias"].transpose(1, 2), states[:, :SIZE])
         weights = linear(by_name["option.weight"], scored, options).softmax(1)
-        return weights, (weights * (scored if self._of_linear else states)).mul_(SIZE)
+        if self._of_linear:
+            return weights, (weights * scored).mul_(SIZE)
+        return weights, (weights.unsqueeze(1) * _grouped(states)).mul_(SIZE).flatten(1, 2)
+
+
+def _grouped(features: Tensor) -> Tensor:
+    """Return [E, 1 + traces, 11, K] for features [E, 11 (1 + traces), K]."""
+    return features.unflatten(1, (-1, SIZE))
 
 
 def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:
@@ -102,13 +110,18 @@ def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:
     return {name.removeprefix(prefix): value for name, value in parameters.items() if name.startswith(prefix)}
 
 
+def num_features(config: LearnerConfig) -> int:
+    """Return how many numbers the networks read of a state: the 11 elements, and as many for each trace of them."""
+    return SIZE * (1 + len(config.memory))
+
+
 def method_shapes(method: Method, num_actions: int) -> Shapes:
     """Return the parameter shapes of all networks: those of `option.`, where there is one, then those of `action.`."""
-    hidden = method.config.hidden
-    levels: Mapping[str, Shapes] = {"action": mlp_shapes(SIZE, *hidden, num_actions)}
+    hidden, features = method.config.hidden, num_features(method.config)
+    levels: Mapping[str, Shapes] = {"action": mlp_shapes(features, *hidden, num_actions)}
     if method.hierarchical:
-        action = ActionNetwork.shapes(hidden, num_actions, attention=method.attention)
-        levels = {"option": mlp_shapes(SIZE, *hidden, NUM_OPTIONS), "action": action}
+        action = ActionNetwork.shapes(features, hidden, num_actions, attention=method.attention)
+        levels = {"option": mlp_shapes(features, *hidden, NUM_OPTIONS), "action": action}
     return {f"{level}.{name}": shape for level, shapes in levels.items() for name, shape in shapes.items()}
 
 

@@ -18,8 +18,8 @@ from hhrl_agents.mlp import Shapes
 class ParameterStack:
     """Online and target parameters for a stack of E seeds, P numbers each, on one device.
 
-    flat, target, gradient: all online parameters, all target parameters, and the gradient by the online ones, [E, P].
-    online, gradients: name -> views [E, in, out] of them.
+    flat, flat_target, gradient: all online parameters, all target parameters, and the gradient by the online ones,
+    [E, P]; online, target, gradients: name -> views [E, in, out] of them.
     both: name -> tensor [2E, in, out]: the online parameters of every seed, then the target's.
     """
 
@@ -27,9 +27,10 @@ class ParameterStack:
         initial = np.stack([_initial(shapes, stream) for stream in streams])
         storage = torch.from_numpy(np.stack((initial, initial))).to(device)
         self._shapes = shapes
-        self.flat, self.target = storage
+        self.flat, self.flat_target = storage
         self.gradient = torch.zeros_like(self.flat)
         self.online = _views(self.flat, shapes)
+        self.target = _views(self.flat_target, shapes)
         self.both = _views(storage.flatten(0, 1), shapes)
         self.gradients = _views(self.gradient, shapes)
 
@@ -42,7 +43,7 @@ class ParameterStack:
 
     def move_target(self, rate: float) -> None:
         """Return nothing; move the target's parameters by the share `rate` towards the online ones; 1 copies them."""
-        self.target.lerp_(self.flat, rate) if rate < 1.0 else self.target.copy_(self.flat)
+        self.flat_target.lerp_(self.flat, rate) if rate < 1.0 else self.flat_target.copy_(self.flat)
 
     def snapshot(self, seed_index: int) -> dict[str, Tensor]:
         """Return a copy of one seed's online parameters on the CPU, name -> [1, in, out]."""

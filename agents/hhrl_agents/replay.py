@@ -7,15 +7,9 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.base import Float32Array, FloatArray, IntArray
-from hhrl_envs.observation import SIZE
 
 OPTION, ACTION = range(2)
 """The levels of the hierarchy; a flat learner has the action level alone."""
-
-_OBSERVATION, _NEXT = slice(0, SIZE), slice(SIZE, 2 * SIZE)
-_REWARDS = slice(2 * SIZE, 2 * SIZE + 2)
-_DISCOUNT, _OPTION, _ACTION = range(2 * SIZE + 2, 2 * SIZE + 5)
-_WIDTH = 2 * SIZE + 5
 
 
 class Transitions(NamedTuple):
@@ -55,22 +49,18 @@ class ReplayBuffer:
     All seeds step together, so one position and one count (`stored`) serve them all.
     """
 
-    def __init__(self, num_seeds: int, n_envs: int, capacity: int, device: torch.device) -> None:
+    def __init__(self, num_seeds: int, n_envs: int, capacity: int, features: int, device: torch.device) -> None:
         self.capacity = capacity - capacity % n_envs
         self.stored = 0
         self._position = 0
-        self._rows = torch.zeros((num_seeds, self.capacity, _WIDTH), device=device)
+        self._features = features
+        self._rows = torch.zeros((num_seeds, self.capacity, 2 * features + 5), device=device)
         self._first_rows = np.arange(num_seeds)[:, None] * self.capacity
 
     def add(self, step: Transitions) -> IntArray:
         """Return the indices [n] at which every seed's n transitions are now stored, in place of the oldest."""
-        rows = np.empty((*step.actions.shape, _WIDTH), np.float32)
-        rows[..., _OBSERVATION] = step.observations
-        rows[..., _NEXT] = step.next_observations
-        rows[..., _REWARDS] = step.rewards
-        rows[..., _DISCOUNT] = step.discounts
-        rows[..., _OPTION] = step.options
-        rows[..., _ACTION] = step.actions
+        columns = (step.rewards, step.discounts[..., None], step.options[..., None], step.actions[..., None])
+        rows = np.concatenate((step.observations, step.next_observations, *columns), axis=-1, dtype=np.float32)
         first, count = self._position, rows.shape[1]
         self._rows[:, first : first + count] = torch.from_numpy(rows)
         self._position = (first + count) % self.capacity
@@ -80,14 +70,8 @@ class ReplayBuffer:
     def gather(self, indices: IntArray) -> Batch:
         """Return the transitions at `indices`, int64 [E, M], each column from its seed's own ring."""
         flat = torch.from_numpy((indices + self._first_rows).reshape(-1)).to(self._rows.device)
-        rows = self._rows.view(-1, _WIDTH).index_select(0, flat).view(*indices.shape, _WIDTH).transpose(1, 2)
-        choices = rows[:, _OPTION:].long()
-        return Batch(
-            observations=rows[:, _OBSERVATION],
-            options=choices[:, :1],
-            actions=choices[:, 1:],
-            option_rewards=rows[:, 2 * SIZE + OPTION : 2 * SIZE + OPTION + 1],
-            action_rewards=rows[:, 2 * SIZE + ACTION : 2 * SIZE + ACTION + 1],
-            discounts=rows[:, _DISCOUNT : _DISCOUNT + 1],
-            next_observations=rows[:, _NEXT],
-        )
+        rows = self._rows.view(-1, self._rows.shape[2]).index_select(0, flat).view(*indices.shape, -1).transpose(1, 2)
+        observations, following, others = rows.split((self._features, self._features, 5), 1)
+        option_rewards, action_rewards, discounts = others[:, :3].split(1, 1)
+        options, actions = others[:, 3:].long().split(1, 1)
+        return Batch(observations, options, actions, option_rewards, action_rewards, discounts, following)
