@@ -139,6 +139,19 @@ def _evaluate(
     _commands().evaluate(agents, task, episodes, option, as_json=json)
 
 
+@app.command("analyse")
+def _analyse(
+    agent: AgentArgument,
+    task: TaskOption = "stop-line-v0",
+    episodes: Annotated[int, typer.Option(help="How many test episodes to count options and rewards over.")] = 500,
+    episode: Annotated[int, typer.Option(min=0, help="The test episode to show step by step.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder to write analysis.json and the figures into.")] = None,
+    json: JsonOption = False,
+) -> None:
+    """Show an agent's option usage, per-level rewards and attention; of several training seeds, the lowest one's."""
+    _commands().analyse(agent, task, episodes, episode, out, as_json=json)
+
+
 @app.command("run")
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",

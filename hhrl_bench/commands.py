@@ -71,6 +71,13 @@ def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None
     typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
 
 
+def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None, *, as_json: bool) -> None:
+    """Return nothing; analyse an agent, print what was found, and write it with figures into a folder, if any."""
+    from hhrl_bench import analysis_command  # noqa: PLC0415
+
+    analysis_command.run(_console(), agent, task, episodes, episode, out, as_json=as_json)
+
+
 def run(suite_id: str, out: Path | None) -> None:
     """Return nothing; run a suite, write its leaderboard and print it."""
     suite = get_suite(suite_id)

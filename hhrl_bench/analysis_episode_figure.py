@@ -1,0 +1,100 @@
+"""The figure of one episode: distances, speeds, option and attention, and both levels' rewards over time."""
+
+from itertools import groupby
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hhrl_bench import figures as fig
+from hhrl_bench.analysis_records import AnalysisRecord, EpisodeTraceRecord, named, shown, spoken
+from hhrl_bench.analysis_style import (
+    LEVEL_COLOURS,
+    LEVEL_NAMES,
+    LEVEL_WIDTHS,
+    OPTION_COLOURS,
+    OPTION_NAMES,
+    label_weights,
+    outline,
+)
+from hhrl_envs import get_scenario
+
+
+def draw_episode(record: AnalysisRecord) -> Figure:
+    """Return the figure; without options or attention their panels are left out."""
+    episode, dt = record.episode, get_scenario(record.task.scenario).dt
+    end = len(episode.time) * dt
+    panels = {"distance": 2.2, "speed": 1.6}
+    panels |= {"option": 0.5} if episode.option else {}
+    panels |= {"attention": 3.4} if episode.attention else {}
+    panels |= {"reward": 2.0}
+    title = f"test episode {episode.number}: {spoken(episode.outcome)} after {end:.1f} s"
+    figure = fig.new_figure(9.0, 1.15 * sum(panels.values()) + 1.2, named(record), title)
+    axes = dict(zip(panels, figure.subplots(len(panels), sharex=True, height_ratios=[*panels.values()]), strict=True))
+    reach = get_scenario(record.task.scenario).sensor.front_range
+    _draw_distances(axes["distance"], episode, reach)
+    _draw_speeds(axes["speed"], episode, reach)
+    if "option" in axes:
+        _draw_options(axes["option"], episode, dt)
+    if "attention" in axes:
+        _draw_attention(figure, axes["attention"], episode, dt)
+    _draw_rewards(axes["reward"], episode)
+    axes["reward"].set_xlabel("time [s]")
+    axes["reward"].set_xlim(0.0, end)
+    figure.align_ylabels()
+    return figure
+
+
+def _draw_distances(axes: Axes, episode: EpisodeTraceRecord, reach: float) -> None:
+    front = np.array(episode.state["d_f"])
+    axes.plot(episode.time, episode.state["d_d"], color=fig.ORANGE)
+    axes.plot(episode.time, np.where(front < reach, front, np.nan), color=fig.GREEN)
+    fig.legend(axes, [("$d_d$, to the stop-line", fig.ORANGE), ("$d_f$, to the front vehicle", fig.GREEN)])
+    _finish(axes, "distance [m]")
+
+
+def _draw_speeds(axes: Axes, episode: EpisodeTraceRecord, reach: float) -> None:
+    front = np.where(np.array(episode.state["d_f"]) < reach, episode.state["v_f"], np.nan)
+    axes.plot(episode.time, episode.state["v_e"], color=fig.BLUE)
+    axes.plot(episode.time, front, color=fig.GREY)
+    fig.legend(axes, [("$v_e$, ego", fig.BLUE), ("$v_f$, front vehicle", fig.GREY)])
+    _finish(axes, "speed [m/s]")
+
+
+def _draw_options(axes: Axes, episode: EpisodeTraceRecord, dt: float) -> None:
+    start = 0.0
+    for name, run in groupby(episode.option or ()):
+        length = dt * len([*run])
+        axes.barh(0.5, length, 1.0, left=start, color=OPTION_COLOURS[name])
+        start += length
+    fig.legend(axes, [(OPTION_NAMES[name], colour) for name, colour in OPTION_COLOURS.items()])
+    axes.set_yticks([0.5], ["option"])
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(0.0, 1.0)
+
+
+def _draw_attention(figure: Figure, axes: Axes, episode: EpisodeTraceRecord, dt: float) -> None:
+    weights = np.array([*(episode.attention or {}).values()])
+    extent = (0.0, weights.shape[1] * dt, len(weights) - 0.5, -0.5)
+    image = axes.imshow(weights, cmap=fig.SEQUENTIAL, aspect="auto", vmin=0.0, interpolation="nearest", extent=extent)
+    label_weights(axes)
+    outline(axes)
+    bar = figure.colorbar(image, ax=axes, pad=0.01, label="attention $I(s, o)$")
+    bar.ax.axhline(1 / len(weights), color="white", linewidth=1.2)
+    axes.set_title("attention on the state elements, given the selected option; white mark: all equal")
+
+
+def _draw_rewards(axes: Axes, episode: EpisodeTraceRecord) -> None:
+    levels = shown(episode.cumulative)
+    for level, values in levels.items():
+        axes.plot(episode.time, values, color=LEVEL_COLOURS[level], linewidth=LEVEL_WIDTHS[level])
+    totals = {level: fig.number(values[-1], ".1f") for level, values in levels.items()}
+    fig.legend(
+        axes, [(f"{LEVEL_NAMES[level]}, {total} in all", LEVEL_COLOURS[level]) for level, total in totals.items()]
+    )
+    _finish(axes, "reward so far")
+
+
+def _finish(axes: Axes, label: str) -> None:
+    axes.set_ylabel(label)
+    axes.grid(visible=True)
