@@ -75,6 +75,16 @@ def test_the_command_trains_and_its_run_can_be_evaluated(tmp_path: Path) -> None
         assert record.training.command == "hhrl-bench train hybrid-hrl --task stop-line-v0 --seeds 0,2 --env-steps 2400"
 
 
+def test_ppo_is_trained_and_evaluated_by_the_same_commands(tmp_path: Path) -> None:
+    folder = tmp_path / "ppo"
+    trained = invoke("train", "ppo", "--seeds", "0", "--env-steps", "640", "--out", str(folder))
+    assert trained.exit_code == 0, trained.stderr
+    evaluated = invoke("evaluate", str(folder), "--episodes", "25", "--json")
+    record = EvaluationRecord.model_validate_json(evaluated.stdout).result.runs[0].training
+    assert record is not None
+    assert (record.method, record.env_steps) == ("ppo", 640)
+
+
 def test_curves_are_json_lines_with_validation(run: Path) -> None:
     for seed in (0, 2):
         rows = [json.loads(line) for line in (run / f"curve-seed-{seed}.jsonl").read_text().splitlines()]
