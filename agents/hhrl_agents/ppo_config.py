@@ -33,8 +33,8 @@ class PPOConfig:
     """
 
     hidden: tuple[int, ...] = (64, 64)
-    n_envs: int = 32
-    rollout_steps: int = 64
+    n_envs: int = 16
+    rollout_steps: int = 128
     epochs: int = 10
     batch_size: int = 256
     learning_rate: float = 1e-3
@@ -43,9 +43,8 @@ class PPOConfig:
     gamma: float = 0.99
     gae_lambda: float = 0.95
     clip: float = 0.2
-    normalise_advantages: bool = True
     throttle_bias: float = 0.22
-    entropy_coefficient: float = 0.01
+    entropy_coefficient: float = 0.0
     value_coefficient: float = 0.5
     reward_scale: float = 0.05
     timeout: Literal["truncation", "terminal"] = "truncation"

@@ -58,7 +58,6 @@ class PPOSeed:
                 gamma=config.gamma,
                 gae_lambda=config.gae_lambda,
                 clip_range=config.clip,
-                normalize_advantage=config.normalise_advantages,
                 ent_coef=config.entropy_coefficient,
                 vf_coef=config.value_coefficient,
                 max_grad_norm=config.max_gradient_norm,
