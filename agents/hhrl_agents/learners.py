@@ -16,7 +16,7 @@ from hhrl_agents.learning_rewards import discounts, level_rewards
 from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.multistep import MultiStep
-from hhrl_agents.networks import method_shapes, num_features
+from hhrl_agents.networks import method_shapes
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.replay import ReplayBuffer, Transitions
 from hhrl_agents.sampling import make_sampler
@@ -71,7 +71,7 @@ class Learner:
         levels = self.algorithm.levels
         parts = [self.stack.part(f"{level}.") for level in levels]
         self._optimiser = Adam(self.stack.flat, parts, config.max_gradient_norm)
-        features = num_features(config)
+        features = config.features
         self._replay = ReplayBuffer(len(seeds), config.n_envs, config.replay_capacity, features, place)
         self._sampler = make_sampler(method, generators(seeds, Purpose.REPLAY), len(levels), self._replay.capacity)
         self._multistep = MultiStep(config.n_steps)

@@ -4,123 +4,21 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from types import MappingProxyType
 from typing import Any, Literal
 
-from hhrl_envs.errors import InputError, require_value
+from hhrl_agents.double_dqn_config import DoubleDQNConfig
+from hhrl_agents.network_config import NetworkConfig
+from hhrl_agents.ppo_config import PPOConfig
+from hhrl_envs.errors import InputError
 
-_READINGS = {
-    "timeout": ("truncation", "terminal"),
-    "priority": ("clip", "shift"),
-    "attended": ("state", "linear"),
-    "credit": ("equations", "algorithm-2"),
-}
-
-
-@dataclass(frozen=True)
-class LearnerConfig:
-    """Every hyperparameter of a learner; one seed's counts, whatever is stacked beside it.
-
-    Attributes:
-        hidden: units of the hidden layers of every network.
-        n_envs: environments stepped together.
-        steps_per_update: environment steps for each gradient step.
-        batch_size: transitions for each level's gradient step.
-        replay_capacity: transitions kept.
-        warmup: environment steps of random actions before the first gradient step.
-        target_interval: gradient steps between two moves of the target networks.
-        target_rate: share by which a move brings their parameters towards the online ones: 1 copies them (with
-            `target_interval` = 1 at every call, the paper's literal reading), little at every step is Polyak averaging.
-        layer_norm: normalise what enters every ReLU.
-        attended: what the attention multiplies: the "state" (the text), or the "linear" layer of it (Figure 2).
-        credit: whose fault the failure of a sub-goal is, by the reward "equations" or by "algorithm-2".
-        n_steps: steps of reward in a target before it bootstraps.
-        advantage_learning: alpha of advantage learning (Bellemare et al., 2016), which takes the share alpha of
-            max Q'(s) - Q'(s, a) off every target, Q' the target network: choices that a step of 0.1 s hardly tells
-            apart differ more in value, and keep their order.
-        memory: rates of the running averages of the observations that networks read beside the observation itself.
-        jerk_weight: what the task's penalty for unsmoothness counts for in learning; 1 is the task's reward.
-        learning_rate, final_learning_rate: Adam's, changed linearly over the training budget.
-        max_gradient_norm: bound of each network's gradient, for each seed by itself.
-        gamma: discount of one step.
-        reward_scale: what rewards are multiplied with before learning.
-        exploration_share: share of the budget over which epsilon falls from 1 to `final_epsilon`.
-        final_epsilon: share of steps with a random option, and of steps with a random action, after that.
-        exploration_hold: steps for which a random choice is held at most (1: plain epsilon-greedy).
-        timeout: "truncation" bootstraps through the time limit and leaves the timeout penalty out of the target;
-            "terminal" is the paper's literal reading.
-        priority: p^a of the hierarchical prioritised replay. "clip" is max(|delta_a| - |delta_o|, 0) of scaled errors,
-            "shift" the paper's literal |delta_a| - |delta_o| minus its minimum over the batch.
-        priority_floor: what is added to every priority, in units of a level's typical error, so that none is forgotten.
-        priority_exponent, importance_exponent: alpha and beta of Algorithm 3.
-        report_every: environment steps between two progress reports.
-    """
-
-    hidden: tuple[int, ...] = (64, 64)
-    n_envs: int = 32
-    steps_per_update: int = 4
-    batch_size: int = 64
-    replay_capacity: int = 100_000
-    warmup: int = 2_000
-    target_interval: int = 100
-    target_rate: float = 1.0
-    layer_norm: bool = False
-    attended: Literal["state", "linear"] = "state"
-    credit: Literal["equations", "algorithm-2"] = "equations"
-    n_steps: int = 1
-    advantage_learning: float = 0.0
-    memory: tuple[float, ...] = ()
-    jerk_weight: float = 1.0
-    learning_rate: float = 1e-3
-    final_learning_rate: float = 5e-5
-    max_gradient_norm: float = 5.0
-    gamma: float = 0.99
-    reward_scale: float = 0.05
-    exploration_share: float = 0.3
-    final_epsilon: float = 0.02
-    exploration_hold: int = 20
-    timeout: Literal["truncation", "terminal"] = "truncation"
-    priority: Literal["clip", "shift"] = "clip"
-    priority_floor: float = 0.3
-    priority_exponent: float = 0.6
-    importance_exponent: float = 0.4
-    report_every: int = 10_000
-
-    def __post_init__(self) -> None:
-        """Reject values without a meaning."""
-        counts = (
-            "n_envs",
-            "steps_per_update",
-            "batch_size",
-            "target_interval",
-            "exploration_hold",
-            "report_every",
-            "n_steps",
-        )
-        for name in counts:
-            self._require(name, getattr(self, name) >= 1, "a whole number, at least 1")
-        positive = ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale", "priority_floor")
-        for name in (*positive, "exploration_share"):
-            self._require(name, getattr(self, name) > 0, "a number above 0")
-        for name in ("gamma", "final_epsilon", "priority_exponent", "importance_exponent", "jerk_weight"):
-            self._require(name, 0 <= getattr(self, name) <= 1, "a number in [0, 1]")
-        self._require("hidden", len(self.hidden) > 0 and min(self.hidden) > 0, "one or more positive layer widths")
-        self._require("warmup", self.warmup >= self.n_envs, f"at least n_envs ({self.n_envs})")
-        self._require("replay_capacity", self.replay_capacity >= self.warmup, f"at least warmup ({self.warmup})")
-        self._require("advantage_learning", 0 <= self.advantage_learning < 1, "a number in [0, 1)")
-        self._require("memory", all(0 < rate < 1 for rate in self.memory), "rates in (0, 1)")
-        plain = self.attended == "state" or not self.memory
-        self._require("attended", plain, "state, where there is memory: the linear layer sees none")
-        self._require("target_rate", 0 < self.target_rate <= 1, "a number in (0, 1]")
-        for name, readings in _READINGS.items():
-            self._require(name, getattr(self, name) in readings, " or ".join(readings))
-
-    def _require(self, name: str, holds: bool, allowed: str) -> None:
-        require_value(holds, name, repr(getattr(self, name)), allowed)
+CONFIGS: Mapping[str, type[NetworkConfig]] = MappingProxyType({"double-dqn": DoubleDQNConfig, "ppo": PPOConfig})
+"""The class of each algorithm's hyperparameters."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """A learning method: flat Double DQN, or the hierarchical learner with the paper's three switches.
+    """A learning method: a flat algorithm, or the hierarchical Double DQN with the paper's three switches.
 
     Attributes:
         id: the name that the command line and the leaderboard use.
@@ -128,7 +26,7 @@ class Method:
         hybrid_reward: r^option and r^action at their levels instead of r^task at both.
         replay: how mini-batches are drawn: "uniform", "prioritised" by all levels' errors together, or "hierarchical".
         attention: the attention I(s, o) before the action network.
-        config: every hyperparameter.
+        config: every hyperparameter; its class, one of `CONFIGS`, says which algorithm learns.
     """
 
     id: str
@@ -136,16 +34,27 @@ class Method:
     hybrid_reward: bool = False
     replay: Literal["uniform", "prioritised", "hierarchical"] = "uniform"
     attention: bool = False
-    config: LearnerConfig = field(default_factory=LearnerConfig)
+    config: Any = field(default_factory=DoubleDQNConfig)
 
     def __post_init__(self) -> None:
-        """Reject switches that a flat method does not have."""
+        """Reject switches that a flat method does not have, or another algorithm than Double DQN."""
+        known = type(self.config) in CONFIGS.values()
+        classes = ", ".join(config.__name__ for config in CONFIGS.values())
+        require_value(known, f"config of method {self.id!r}", repr(self.config), f"one of: {classes}")
         if self.replay not in {"uniform", "prioritised", "hierarchical"}:
+            allowed = "write uniform, prioritised or hierarchical"
+            raise InputError(f"method {self.id!r} has replay {self.replay!r}; {allowed}")
+        if self.hierarchical and self.algorithm != "double-dqn":
             raise InputError(
-                f"method {self.id!r} has replay {self.replay!r}; write uniform, prioritised or hierarchical"
+                f"method {self.id!r} is hierarchical; give it a DoubleDQNConfig: Double DQN learns hierarchies"
             )
         if not self.hierarchical and (self.hybrid_reward or self.replay == "hierarchical" or self.attention):
             raise InputError(f"method {self.id!r} is flat; write hierarchical=True to use a switch of the hierarchy")
+
+    @property
+    def algorithm(self) -> str:
+        """The name of the algorithm that learns, a key of `CONFIGS`."""
+        return next(name for name, config in CONFIGS.items() if type(self.config) is config)
 
     @property
     def config_hash(self) -> str:
@@ -156,7 +65,8 @@ class Method:
         """Return the method without its id as JSON data."""
         data = asdict(self)
         del data["id"]
-        data["config"] |= {"hidden": list(self.config.hidden), "memory": list(self.config.memory)}
+        data["algorithm"] = self.algorithm
+        data["config"] = {name: list(v) if isinstance(v, tuple) else v for name, v in data["config"].items()}
         return data
 
     @classmethod
@@ -167,8 +77,9 @@ class Method:
             InputError: if an entry is missing or not known, or a value not allowed.
         """
         try:
-            config = {**data["config"], **{name: tuple(data["config"][name]) for name in ("hidden", "memory")}}
-            method = cls(method_id, **{**data, "config": LearnerConfig(**config)})
+            config = {name: tuple(v) if isinstance(v, list) else v for name, v in data["config"].items()}
+            others = {name: value for name, value in data.items() if name != "algorithm"}
+            method = cls(method_id, **{**others, "config": CONFIGS[data["algorithm"]](**config)})
         except (KeyError, TypeError) as error:
             raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error
         return method

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from hhrl_agents.methods import LearnerConfig, Method
+from hhrl_agents.double_dqn_config import DoubleDQNConfig
+from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP, Parameters, Shapes, Trace, linear, linear_backward, mlp_shapes
 from hhrl_envs import Option
 from hhrl_envs.observation import SIZE
@@ -42,7 +43,7 @@ class ActionNetwork:
     read s^I beside the one-hot option.
     """
 
-    def __init__(self, parameters: Parameters, config: LearnerConfig) -> None:
+    def __init__(self, parameters: Parameters, config: DoubleDQNConfig) -> None:
         self._values = MLP(subset(parameters, "values."), layer_norm=config.layer_norm)
         self._attention = subset(parameters, "attention.")
         self._of_linear = config.attended == "linear"
@@ -110,14 +111,9 @@ def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:
     return {name.removeprefix(prefix): value for name, value in parameters.items() if name.startswith(prefix)}
 
 
-def num_features(config: LearnerConfig) -> int:
-    """Return how many numbers the networks read of a state: the 11 elements, and as many for each trace of them."""
-    return SIZE * (1 + len(config.memory))
-
-
 def method_shapes(method: Method, num_actions: int) -> Shapes:
     """Return the parameter shapes of all networks: those of `option.`, where there is one, then those of `action.`."""
-    hidden, features = method.config.hidden, num_features(method.config)
+    hidden, features = method.config.hidden, method.config.features
     levels: Mapping[str, Shapes] = {"action": mlp_shapes(features, *hidden, num_actions)}
     if method.hierarchical:
         action = ActionNetwork.shapes(features, hidden, num_actions, attention=method.attention)

@@ -6,7 +6,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from hhrl_agents.base import Float32Array, FloatArray, IntArray
-from hhrl_agents.methods import LearnerConfig, Method
+from hhrl_agents.double_dqn_config import DoubleDQNConfig
+from hhrl_agents.methods import Method
 from hhrl_agents.replay import ACTION, OPTION
 from hhrl_agents.seeding import uniforms
 from hhrl_agents.sum_tree import SumTrees
@@ -74,7 +75,7 @@ class PrioritizedSampler:
     """
 
     def __init__(
-        self, streams: Sequence[np.random.Generator], levels: int, trees: int, capacity: int, config: LearnerConfig
+        self, streams: Sequence[np.random.Generator], levels: int, trees: int, capacity: int, config: DoubleDQNConfig
     ) -> None:
         self._streams, self._config, self._num_trees = streams, config, trees
         size = config.batch_size

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from hhrl_agents import METHODS
-from hhrl_agents.methods import LearnerConfig, Method
+from hhrl_agents.double_dqn_config import DoubleDQNConfig
+from hhrl_agents.methods import Method
 from hhrl_envs import InputError
 
 
@@ -23,6 +24,7 @@ def test_the_paper_s_table_of_switches() -> None:
         "hybrid-hrl": (True, True, True),
     }
     assert not METHODS["ddqn"].hierarchical
+    assert {name for name, method in METHODS.items() if method.algorithm != "double-dqn"} == {"ppo"}
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -64,13 +66,22 @@ def test_the_config_hash_follows_every_value_but_the_id() -> None:
 )
 def test_a_bad_value_is_named_in_one_line(name: str, value: Any) -> None:
     with pytest.raises(InputError, match=rf"{name} is .*; write ") as error:
-        LearnerConfig(**{name: value})
+        DoubleDQNConfig(**{name: value})
     assert "\n" not in str(error.value)
 
 
 def test_a_flat_method_has_no_switches() -> None:
     with pytest.raises(InputError, match="hierarchical=True"):
         Method("flat", attention=True)
+
+
+def test_an_algorithm_has_its_own_config_and_only_double_dqn_a_hierarchy() -> None:
+    with pytest.raises(InputError, match=r"config is .*; write PPOConfig\(...\)"):
+        Method("ppo", algorithm="ppo")
+    with pytest.raises(InputError, match="algorithm='double-dqn'"):
+        replace(METHODS["ppo"], hierarchical=True)
+    with pytest.raises(InputError, match=r"algorithm is 'sarsa'; write one of: double-dqn, ppo"):
+        replace(METHODS["ppo"], algorithm="sarsa")  # type: ignore[arg-type]
 
 
 def test_unknown_entries_are_refused() -> None:

@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch")
 
 from hhrl_agents.files import OutputError  # noqa: E402
 from hhrl_agents.learned import LearnedAgent  # noqa: E402
-from hhrl_agents.learners import Learner  # noqa: E402
+from hhrl_agents.training import make_learner  # noqa: E402
 from hhrl_bench import train as training  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
 from hhrl_bench.evaluation import play as really_play  # noqa: E402
@@ -75,6 +75,16 @@ def test_the_command_trains_and_its_run_can_be_evaluated(tmp_path: Path) -> None
         assert record.training.command == "hhrl-bench train hybrid-hrl --task stop-line-v0 --seeds 0,2 --env-steps 2400"
 
 
+def test_ppo_is_trained_and_evaluated_by_the_same_commands(tmp_path: Path) -> None:
+    folder = tmp_path / "ppo"
+    trained = invoke("train", "ppo", "--seeds", "0", "--env-steps", "640", "--out", str(folder))
+    assert trained.exit_code == 0, trained.stderr
+    evaluated = invoke("evaluate", str(folder), "--episodes", "25", "--json")
+    record = EvaluationRecord.model_validate_json(evaluated.stdout).result.runs[0].training
+    assert record is not None
+    assert (record.method, record.env_steps) == ("ppo", 640)
+
+
 def test_curves_are_json_lines_with_validation(run: Path) -> None:
     for seed in (0, 2):
         rows = [json.loads(line) for line in (run / f"curve-seed-{seed}.jsonl").read_text().splitlines()]
@@ -101,16 +111,15 @@ def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
 def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     learned, validated = [], []
 
-    class Watched(Learner):
-        def __init__(self, *arguments: Any) -> None:
-            learned.append(arguments[-1])
-            super().__init__(*arguments)
+    def watched(*arguments: Any) -> Any:
+        learned.append(arguments[-1])
+        return make_learner(*arguments)
 
     def play(agent: LearnedAgent, scenario: Scenario, seeds: np.ndarray[Any, Any], **kwargs: Any) -> Any:
         validated.append(seeds)
         return really_play(agent, scenario, seeds, **kwargs)
 
-    monkeypatch.setattr(training, "Learner", Watched)
+    monkeypatch.setattr(training, "make_learner", watched)
     monkeypatch.setattr(training, "play", play)
     list(training.train(plan(tmp_path)))
     (worlds,) = learned

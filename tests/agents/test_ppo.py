@@ -1,0 +1,164 @@
+"""PPO by Stable-Baselines3 as a method: the same worlds, rewards and interface as every learner's."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from hhrl_agents import METHODS, checkpoints
+from hhrl_agents.learned import LearnedAgent
+from hhrl_agents.learners import Progress
+from hhrl_agents.methods import Method
+from hhrl_agents.ppo import PPOLearner
+from hhrl_agents.ppo_config import PPOConfig
+from hhrl_agents.training import make_learner
+from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
+from hhrl_envs.observation import SIZE
+from hhrl_envs.rewards import TIMEOUT
+
+MAIN = get_scenario("stop-line-v0")
+SHORT = replace(MAIN, id="short", horizon=90)
+N_ENVS = 4
+SMALL = PPOConfig(hidden=(16, 16), n_envs=N_ENVS, rollout_steps=16, epochs=2, batch_size=32, report_every=100)
+
+
+def small(**values: Any) -> Method:
+    return replace(METHODS["ppo"], config=replace(SMALL, **values))
+
+
+def learner_of(seeds: Sequence[int] = (3, 5), scenario: Scenario = MAIN, **values: Any) -> PPOLearner:
+    worlds = np.array(seeds)[:, None] * N_ENVS + np.arange(N_ENVS)
+    learner = make_learner(small(**values), scenario, seeds, worlds.astype(np.uint64))
+    assert isinstance(learner, PPOLearner)
+    return learner
+
+
+def trained(seeds: Sequence[int] = (3, 5), steps: int = 256, **values: Any) -> tuple[PPOLearner, list[Progress]]:
+    learner = learner_of(seeds, **values)
+    return learner, list(learner.train(steps))
+
+
+def same(first: LearnedAgent, second: LearnedAgent) -> bool:
+    return all(torch.equal(value, second.parameters[name]) for name, value in first.parameters.items())
+
+
+def test_the_policy_is_what_the_library_predicts() -> None:
+    learner, _ = trained(learning_rate=0.03)
+    observations = 10 * np.random.default_rng(0).normal(size=(500, SIZE)).astype(np.float32)
+    for policy, of_seed in zip(learner.policies(), learner._trained, strict=True):
+        predicted, _ = of_seed._ppo.predict(observations, deterministic=True)
+        assert len(set(predicted)) > 1
+        np.testing.assert_array_equal(policy.act(observations).action, predicted)
+
+
+def test_a_seed_learns_the_same_alone_and_beside_others() -> None:
+    torch.manual_seed(1)
+    beside = trained((3, 5, 8))[0].policies()
+    torch.manual_seed(2)
+    alone = trained((5,))[0].policies()
+    assert same(beside[1], alone[0])
+    assert not same(beside[0], beside[1])
+
+
+def test_learning_leaves_the_global_generators_as_they_were() -> None:
+    before = torch.get_rng_state().clone(), repr(np.random.get_state(legacy=False))  # noqa: NPY002
+    first = trained()[0].policies()
+    assert torch.equal(torch.get_rng_state(), before[0])
+    assert repr(np.random.get_state(legacy=False)) == before[1]  # noqa: NPY002
+    torch.rand(3)
+    np.random.random(3)  # noqa: NPY002
+    assert all(map(same, first, trained()[0].policies()))
+
+
+def test_reports_come_after_rollouts_and_count_steps_and_updates() -> None:
+    learner, reports = trained(steps=300)
+    assert [report.env_steps for report in reports] == [128, 256, 300]
+    assert [report.updates for report in reports] == [8, 16, 20]
+    assert (learner.env_steps, learner.updates) == (300, 20)
+    for report in reports:
+        assert list(report.losses) == ["policy", "value"]
+        for losses in report.losses.values():
+            assert losses.shape == (2,)
+            assert np.isfinite(losses).all()
+
+
+@pytest.mark.parametrize(("budget", "taken"), [(1, 4), (8, 8), (50, 52), (66, 68)])
+def test_a_short_budget_is_kept_to_whole_steps(budget: int, taken: int) -> None:
+    learner, reports = trained((0,), budget)
+    assert learner.env_steps == reports[-1].env_steps == taken
+    assert learner.policies()[0].metadata["env_steps"] == taken
+
+
+def test_training_goes_on_where_it_ended_and_policies_stay() -> None:
+    learner, _ = trained()
+    before = learner.policies()
+    kept = [{name: value.clone() for name, value in policy.parameters.items()} for policy in before]
+    assert [report.env_steps for report in learner.train(64)] == [320]
+    for policy, parameters, after in zip(before, kept, learner.policies(), strict=True):
+        assert all(torch.equal(policy.parameters[name], value) for name, value in parameters.items())
+        assert not same(policy, after)
+
+
+def test_every_episode_is_counted() -> None:
+    learner = learner_of(scenario=SHORT)
+    ended = sum(report.outcome_counts for report in learner.train(N_ENVS * SHORT.horizon))
+    assert isinstance(ended, np.ndarray)
+    assert ended.shape == (2, len(Outcome))
+    assert not ended[:, Outcome.RUNNING].any()
+    assert (ended.sum(axis=1) >= N_ENVS).all()
+
+
+def test_a_checkpoint_comes_back_as_it_was(tmp_path: Path) -> None:
+    policy = trained()[0].policies()[1]
+    checkpoints.save(tmp_path / "seed-5.safetensors", policy)
+    loaded = checkpoints.load(tmp_path / "seed-5.safetensors")
+    assert same(policy, loaded)
+    assert loaded.method == policy.method
+    assert "stable_baselines3" in loaded.metadata["versions"]
+
+
+@pytest.mark.parametrize("timeout", ["truncation", "terminal"])
+def test_rewards_are_the_simulator_s_and_a_time_limit_bootstraps(timeout: str) -> None:
+    learner = learner_of(
+        (7,), SHORT, timeout=timeout, rollout_steps=128, learning_rate=1e-30, final_learning_rate=1e-30
+    )
+    list(learner.train(128 * N_ENVS))
+    ppo, config = learner._trained[0]._ppo, learner.method.config
+    buffer, replayed = ppo.rollout_buffer, Simulator(SHORT, N_ENVS)
+    replayed.reset(np.arange(N_ENVS) + 7 * N_ENVS)
+    truncated = 0
+    observed, acted = by_step(buffer.observations), by_step(buffer.actions)[..., 0].astype(np.int64)
+    for step in range(128):
+        np.testing.assert_array_equal(observed[step], replayed.observations)
+        replayed.step(acted[step])
+        expected, late = replayed.rewards.copy(), replayed.outcomes == Outcome.TIMEOUT
+        with torch.no_grad():
+            values = ppo.policy.predict_values(torch.from_numpy(replayed.observations.copy())).numpy()[:, 0]
+        expected *= config.reward_scale
+        if timeout == "truncation":
+            expected[late] -= config.reward_scale * replayed.terms[late, TIMEOUT]
+            expected[late] += config.gamma * values[late]
+        np.testing.assert_allclose(buffer.rewards[step], expected, rtol=1e-5, atol=1e-6)
+        truncated += int(late.sum())
+        replayed.reset_done()
+    assert truncated
+
+
+def by_step(flat: Any) -> Any:
+    """The rollout's transitions, which the library has put one environment after the other, as [steps, N_ENVS, ...]."""
+    return flat.reshape(N_ENVS, -1, *flat.shape[1:]).swapaxes(0, 1)
+
+
+def test_worlds_must_be_one_for_each_environment() -> None:
+    with pytest.raises(InputError, match=r"write \(1, 4\)"):
+        PPOLearner(small(), MAIN, [0], np.arange(5, dtype=np.uint64)[None])
+
+
+def test_without_the_library_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hhrl_envs.extras.find_spec", lambda _: None)
+    with pytest.raises(InputError, match=r"pip install 'hhrl-bench\[sb3\]'"):
+        learner_of()
