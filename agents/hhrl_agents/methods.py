@@ -96,7 +96,8 @@ class LearnerConfig:
         for name in ("gamma", "final_epsilon", "priority_exponent", "importance_exponent"):
             self._require(name, 0 <= getattr(self, name) <= 1, "a number in [0, 1]")
         self._require("hidden", len(self.hidden) > 0 and min(self.hidden) > 0, "one or more positive layer widths")
-        self._require("warmup", self.warmup >= self.n_envs, f"at least n_envs ({self.n_envs})")
+        first = self.n_steps * self.n_envs
+        self._require("warmup", self.warmup >= first, f"at least n_steps x n_envs ({first})")
         self._require("replay_capacity", self.replay_capacity >= self.warmup, f"at least warmup ({self.warmup})")
         self._require("target_rate", 0 < self.target_rate <= 1, "a number in (0, 1]")
         for name, readings in _READINGS.items():

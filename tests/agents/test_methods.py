@@ -11,18 +11,19 @@ from hhrl_envs import InputError
 
 def test_the_paper_s_table_of_switches() -> None:
     switches = {
-        name: (method.hybrid_reward, method.hierarchical_per, method.attention)
+        name: (method.hybrid_reward, method.replay, method.attention)
         for name, method in METHODS.items()
         if method.hierarchical
     }
     assert switches == {
-        "hrl-0": (False, False, False),
-        "hrl-1": (True, False, False),
-        "hrl-2": (True, True, False),
-        "hrl-3": (True, False, True),
-        "hybrid-hrl": (True, True, True),
+        "hrl-0": (False, "uniform", False),
+        "hrl-1": (True, "uniform", False),
+        "hrl-2": (True, "hierarchical", False),
+        "hrl-3": (True, "uniform", True),
+        "hybrid-hrl": (True, "hierarchical", True),
     }
     assert not METHODS["ddqn"].hierarchical
+    assert METHODS["ddqn"].replay == "uniform"
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -38,8 +39,10 @@ def test_the_config_hash_follows_every_value_but_the_id() -> None:
         replace(method, attention=False),
         replace(method, config=replace(method.config, gamma=0.9)),
         replace(method, config=replace(method.config, hidden=(64,))),
+        replace(method, replay="prioritised"),
+        replace(method, config=replace(method.config, attended="linear")),
     ]
-    assert len({method.config_hash, *(other.config_hash for other in others)}) == 4
+    assert len({method.config_hash, *(other.config_hash for other in others)}) == 6
     assert replace(method, id="other").config_hash == method.config_hash
 
 
@@ -57,6 +60,12 @@ def test_the_config_hash_follows_every_value_but_the_id() -> None:
         ("priority_floor", 0.0),
         ("timeout", "maybe"),
         ("priority", "none"),
+        ("attended", "both"),
+        ("credit", "algorithm-3"),
+        ("target_rate", 0.0),
+        ("target_rate", 1.1),
+        ("target_interval", 0),
+        ("n_steps", 0),
         ("warmup", 1),
         ("replay_capacity", 10),
         ("exploration_hold", 0),
@@ -68,9 +77,41 @@ def test_a_bad_value_is_named_in_one_line(name: str, value: Any) -> None:
     assert "\n" not in str(error.value)
 
 
-def test_a_flat_method_has_no_switches() -> None:
+@pytest.mark.parametrize("switch", [{"attention": True}, {"hybrid_reward": True}, {"replay": "hierarchical"}])
+def test_a_flat_method_has_no_switches(switch: dict[str, Any]) -> None:
     with pytest.raises(InputError, match="hierarchical=True"):
-        Method("flat", attention=True)
+        Method("flat", **switch)
+
+
+def test_a_flat_method_may_have_plain_prioritised_replay() -> None:
+    assert Method("flat", replay="prioritised").replay == "prioritised"
+
+
+def test_an_unknown_replay_is_refused() -> None:
+    with pytest.raises(InputError, match="write uniform, prioritised or hierarchical"):
+        Method.from_data("other", {**METHODS["hybrid-hrl"].data(), "replay": "random"})
+
+
+def test_the_warmup_lasts_until_the_first_joined_steps_are_stored() -> None:
+    assert LearnerConfig(n_envs=32, n_steps=3, warmup=96).n_steps == 3
+    with pytest.raises(InputError, match=r"at least n_steps x n_envs \(96\)"):
+        LearnerConfig(n_envs=32, n_steps=3, warmup=95)
+
+
+@pytest.mark.parametrize(
+    "reading",
+    [
+        {"timeout": "terminal"},
+        {"priority": "shift"},
+        {"attended": "linear"},
+        {"credit": "algorithm-2"},
+        {"target_interval": 1, "target_rate": 1.0},
+    ],
+)
+def test_the_literal_readings_are_settings(reading: dict[str, Any]) -> None:
+    method = replace(METHODS["hybrid-hrl"], config=LearnerConfig(**reading))
+    assert Method.from_data("literal", json.loads(json.dumps(method.data()))).config == method.config
+    assert method.config_hash != METHODS["hybrid-hrl"].config_hash
 
 
 def test_unknown_entries_are_refused() -> None:
