@@ -70,7 +70,7 @@ class Algorithm(Protocol):
 class DoubleDQN:
     """Flat Double DQN (Eq. (ddqn)): one action-value network, rewarded by the action level's column, r^task."""
 
-    levels = ("action",)
+    levels: Sequence[str] = ("action",)
 
     def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
         norm = method.config.layer_norm
@@ -78,7 +78,7 @@ class DoubleDQN:
         self._both = MLP(subset(stack.both, "action."), layer_norm=norm)
         self._gradients = subset(stack.gradients, "action.")
         self._device = stack.flat.device
-        self.choices = (np.arange(scenario.num_actions),)
+        self.choices: Sequence[IntArray] = (np.arange(scenario.num_actions),)
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return no options (-1) and the actions; see `Algorithm.choose`."""
@@ -101,7 +101,7 @@ class HierarchicalDoubleDQN:
     Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network.
     """
 
-    levels = ("option", "action")
+    levels: Sequence[str] = ("option", "action")
 
     def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
         config = method.config
@@ -115,7 +115,7 @@ class HierarchicalDoubleDQN:
         self._gradients = [subset(stack.gradients, f"{level}.") for level in self.levels]
         self._device = stack.flat.device
         self._penalty = mask_penalty(scenario.option_mask).to(self._device)
-        self.choices = (np.flatnonzero(scenario.option_mask), np.arange(scenario.num_actions))
+        self.choices: Sequence[IntArray] = (np.flatnonzero(scenario.option_mask), np.arange(scenario.num_actions))
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return the options, and the actions given those; see `Algorithm.choose`."""
@@ -132,9 +132,9 @@ class HierarchicalDoubleDQN:
         values, trace = self._option.trace(batch.observations)
         errors = batch.option_rewards + batch.discounts * option_value - values.gather(1, batch.options)
         option = LevelErrors(errors, batch.options, values, self._option, trace, self._gradients[0])
-        values, trace = self._action.trace(batch.observations, one_hot(batch.options))
+        values, action_trace = self._action.trace(batch.observations, one_hot(batch.options))
         errors = batch.action_rewards + batch.discounts * action_value - values.gather(1, batch.actions)
-        return option, LevelErrors(errors, batch.actions, values, self._action, trace, self._gradients[1])
+        return option, LevelErrors(errors, batch.actions, values, self._action, action_trace, self._gradients[1])
 
 
 def double_q(values: Tensor) -> tuple[Tensor, Tensor]:

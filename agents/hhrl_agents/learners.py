@@ -24,7 +24,7 @@ from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.errors import InputError
 from hhrl_envs.observation import SIZE
 
-ALGORITHMS = {False: DoubleDQN, True: HierarchicalDoubleDQN}
+ALGORITHMS: dict[bool, type[DoubleDQN] | type[HierarchicalDoubleDQN]] = {False: DoubleDQN, True: HierarchicalDoubleDQN}
 
 
 @dataclass(frozen=True)

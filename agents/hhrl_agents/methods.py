@@ -158,6 +158,14 @@ class Method:
         try:
             config = {**data["config"], "hidden": tuple(data["config"]["hidden"])}
             method = cls(method_id, **{**data, "config": LearnerConfig(**config)})
+            _require_entries(method.data(), data)
+            _require_entries(method.data()["config"], config)
         except (KeyError, TypeError) as error:
             raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error
         return method
+
+
+def _require_entries(expected: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+    missing = ", ".join(sorted(expected.keys() - given.keys()))
+    if missing:
+        raise KeyError(f"missing {missing}")

@@ -122,3 +122,13 @@ def test_unknown_entries_are_refused() -> None:
         Method.from_data("ddqn", {**data, "config": {**data["config"], "unknown": 1}})
     with pytest.raises(InputError, match="config"):
         Method.from_data("ddqn", {})
+
+
+@pytest.mark.parametrize("name", ["target_rate", "attended", "n_steps"])
+def test_missing_entries_are_refused(name: str) -> None:
+    data = METHODS["ddqn"].data()
+    config = {key: value for key, value in data["config"].items() if key != name}
+    with pytest.raises(InputError, match=f"missing {name}"):
+        Method.from_data("ddqn", {**data, "config": config})
+    with pytest.raises(InputError, match="missing replay"):
+        Method.from_data("ddqn", {key: value for key, value in data.items() if key != "replay"})

@@ -56,9 +56,7 @@ def test_action_network_is_figure_2(attention: bool, config: dict[str, Any]) -> 
 
 @READINGS
 @pytest.mark.parametrize("part", [slice(0, 9), slice(3, 7)])
-def test_gradients_are_those_of_automatic_differentiation(
-    attention: bool, config: dict[str, Any], part: slice
-) -> None:
+def test_gradients_are_those_of_automatic_differentiation(attention: bool, config: dict[str, Any], part: slice) -> None:
     stack, network = make(attention=attention, **config)
     states, options = batch()
     slope = torch.from_numpy(np.random.default_rng(2).normal(size=(len(SEEDS), 6, 9)).astype(np.float32))
