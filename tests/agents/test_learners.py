@@ -187,20 +187,16 @@ def test_several_steps_are_joined_as_they_were_played() -> None:
             np.testing.assert_array_equal(batch.next_observations[0, :, k], states[now][env])
 
 
-@pytest.mark.parametrize("replay", ["uniform", "prioritised", "hierarchical"])
 @pytest.mark.parametrize(
     "reading", [{"timeout": "terminal"}, {"priority": "shift"}, {"attended": "linear"}, {"credit": "algorithm-2"}]
 )
-def test_every_literal_reading_learns_something_else(replay: Any, reading: dict[str, Any]) -> None:
-    scenario = replace(MAIN, id="short", horizon=30, feasible_only=False)
-    default, literal = (
-        learner_of(replace(small("hybrid-hrl", **values), replay=replay), scenario=scenario) for values in ({}, reading)
-    )
-    for learner in (default, literal):
-        list(learner.train(300))
+def test_every_literal_reading_learns_something_else(reading: dict[str, Any]) -> None:
+    scenario = replace(MAIN, id="short", horizon=90)
+    learners = [learner_of(small("hybrid-hrl", **values), scenario=scenario) for values in ({}, reading)]
+    for learner in learners:
+        list(learner.train(800))
         assert learner.stack.flat.isfinite().all()
-    unread = "priority" in reading and replay != "hierarchical"
-    assert torch.equal(default.stack.flat, literal.stack.flat) == unread
+    assert not torch.equal(learners[0].stack.flat, learners[1].stack.flat)
 
 
 @pytest.mark.parametrize("name", ["ddqn", "hybrid-hrl"])
