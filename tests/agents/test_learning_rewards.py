@@ -13,7 +13,6 @@ from hhrl_envs.rewards import COLLISION, NOT_STOP, SUCCESS, TIME, TIMEOUT, UNSAF
 from support.driving import careful_actions
 
 MAIN = get_scenario("stop-line-v0")
-DENSE = get_scenario("stop-line-dense-v0")
 SHORT = replace(MAIN, id="short", horizon=90)
 ROWS = 200
 
@@ -75,12 +74,12 @@ def test_algorithm_2_blames_the_option_for_the_selected_sub_goal() -> None:
     """r^option = sr + unsafe and failure of the selected one; r^action = sr + jerk + those of the other one."""
     method = with_timeout("hybrid-hrl", "terminal")
     method = replace(method, config=replace(method.config, credit="algorithm-2"))
-    played, rng, rows = Simulator(DENSE, ROWS), np.random.default_rng(1), np.arange(ROWS)
+    played, rng, rows = Simulator(MAIN, ROWS), np.random.default_rng(1), np.arange(ROWS)
     played.reset(rows)
     seen = np.zeros(SUCCESS + 1, np.bool_)
     for _ in range(250):
         played.reset_done()
-        played.step(np.where(rows % 2, DENSE.num_actions - 1, careful_actions(played)))
+        played.step(np.where(rows % 2, MAIN.num_actions - 1, careful_actions(played)))
         options, terms = rng.integers(0, 2, ROWS), played.terms
         rewards = level_rewards(method, played, options) / method.config.reward_scale
         common = terms[:, [TIME, TIMEOUT, SUCCESS]].sum(axis=1)
