@@ -15,7 +15,7 @@ from hhrl_agents.replay import ACTION, OPTION, Batch
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs.observation import SIZE
-from support import reference
+from support import plain_networks
 
 MAIN = get_scenario("stop-line-v0")
 ALONE = replace(MAIN, id="alone", traffic=replace(MAIN.traffic, count_shares=(1.0,)))
@@ -49,14 +49,14 @@ class Subject:
         kind = HierarchicalDoubleDQN if method.hierarchical else DoubleDQN
         self.algorithm: Algorithm = kind(method, scenario, self.stack)
 
-    def leaves(self, level: str, e: int, *, target: bool = False) -> reference.Leaves:
-        return reference.leaves(self.stack.both, e + target * len(SEEDS), f"{level}.")
+    def leaves(self, level: str, e: int, *, target: bool = False) -> plain_networks.Leaves:
+        return plain_networks.leaves(self.stack.both, e + target * len(SEEDS), f"{level}.")
 
-    def values(self, leaves: reference.Leaves, s: Tensor, options: Tensor | None = None) -> Tensor:
+    def values(self, leaves: plain_networks.Leaves, s: Tensor, options: Tensor | None = None) -> Tensor:
         """One level's values [K, C] of the states [K, 11]; `options` [K] for the action level of a hierarchy."""
         if options is None:
-            return reference.mlp(leaves, s, layer_norm=self.config.get("layer_norm", False))
-        return reference.action_values(leaves, s, torch.eye(2).double()[options], **self.config)
+            return plain_networks.mlp(leaves, s, layer_norm=self.config.get("layer_norm", False))
+        return plain_networks.action_values(leaves, s, torch.eye(2).double()[options], **self.config)
 
 
 def batch_of(rng: np.random.Generator) -> Batch:
@@ -75,10 +75,10 @@ def batch_of(rng: np.random.Generator) -> Batch:
     )
 
 
-def expected_errors(subject: Subject, batch: Batch, e: int) -> list[tuple[Tensor, reference.Leaves]]:
+def expected_errors(subject: Subject, batch: Batch, e: int) -> list[tuple[Tensor, plain_networks.Leaves]]:
     """The errors Y - Q of each level, [K], written out sample by sample, and the leaves that Q depends on."""
-    s, following = reference.rows(batch.observations, e), reference.rows(batch.next_observations, e)
-    given = {"option": None, "action": None}
+    s, following = plain_networks.rows(batch.observations, e), plain_networks.rows(batch.next_observations, e)
+    given: dict[str, Tensor | None] = {"option": None, "action": None}
     best: dict[str, Tensor | None] = {"option": None, "action": None}
     rewards = {"option": batch.option_rewards, "action": batch.action_rewards}
     chosen = {"option": batch.options[e, 0], "action": batch.actions[e, 0]}
@@ -139,7 +139,7 @@ def test_losses_and_gradients_are_the_weighted_squared_errors(name: str, config:
         for level, ours, (errors, leaves) in zip(subject.algorithm.levels, losses, expected, strict=True):
             loss = (weights[e, 0].double() * errors[part].square()).mean()
             assert ours[e] == pytest.approx(loss.item(), rel=1e-4)
-            for key, gradient in reference.gradients(loss, leaves).items():
+            for key, gradient in plain_networks.gradients(loss, leaves).items():
                 mine = subject.stack.gradients[f"{level}.{key}"][e]
                 np.testing.assert_allclose(mine, gradient, rtol=1e-3, atol=1e-4, err_msg=key)
 
@@ -164,8 +164,8 @@ def test_a_masked_option_is_neither_chosen_nor_bootstrapped_from() -> None:
     option, _ = subject.algorithm.td_errors(batch)
     for e in range(len(SEEDS)):
         online, target = subject.leaves("option", e), subject.leaves("option", e, target=True)
-        aim = subject.values(target, reference.rows(batch.next_observations, e))[:, 0]
-        values = subject.values(online, reference.rows(batch.observations, e))
+        aim = subject.values(target, plain_networks.rows(batch.next_observations, e))[:, 0]
+        values = subject.values(online, plain_networks.rows(batch.observations, e))
         taken = values.gather(1, batch.options[e].T)[:, 0]
         expected = batch.option_rewards[e, 0] + batch.discounts[e, 0] * aim - taken
         np.testing.assert_allclose(option.errors[e, 0], expected.detach(), rtol=1e-4, atol=1e-5)

@@ -5,7 +5,7 @@ import torch
 from hhrl_agents.mlp import MLP, linear_backward, mlp_shapes
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.seeding import Purpose, generators
-from support import reference
+from support import plain_networks
 
 CPU = torch.device("cpu")
 
@@ -60,10 +60,10 @@ def test_gradients_are_those_of_automatic_differentiation(layer_norm: bool, part
     _, trace = network.trace(inputs)
     first = network.backward(trace.columns(part), outputs_grad[..., part].contiguous(), stack.gradients)
     for e in range(2):
-        leaves = reference.leaves(stack.online, e)
-        outputs = reference.mlp(leaves, reference.rows(inputs, e), layer_norm=layer_norm)
-        loss = (outputs * reference.rows(outputs_grad, e))[part].sum()
-        for name, gradient in reference.gradients(loss, leaves).items():
+        leaves = plain_networks.leaves(stack.online, e)
+        outputs = plain_networks.mlp(leaves, plain_networks.rows(inputs, e), layer_norm=layer_norm)
+        loss = (outputs * plain_networks.rows(outputs_grad, e))[part].sum()
+        for name, gradient in plain_networks.gradients(loss, leaves).items():
             np.testing.assert_allclose(stack.gradients[name][e], gradient, rtol=1e-3, atol=1e-5, err_msg=name)
     np.testing.assert_allclose(first.sum(2), stack.gradients["0.bias"][:, 0], rtol=1e-4, atol=1e-5)
 

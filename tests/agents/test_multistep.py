@@ -39,10 +39,10 @@ def episodes(rng: np.random.Generator, ends: np.ndarray[tuple[int, int, int], np
 def assert_joined(joined: Transitions, played: Episodes, begin: int, n_steps: int) -> None:
     """Every environment's transition is what one loop over its own steps from `begin` on gives."""
     for at in np.ndindex(SEEDS, N_ENVS):
-        reward, discount, now = np.zeros(2), 1.0, begin
+        reward, discount, now = np.zeros(2), np.float64(1.0), begin
         while True:
             reward = reward + discount * played.steps[now].rewards[at]
-            discount *= played.steps[now].discounts[at]
+            discount = discount * np.float64(played.steps[now].discounts[at])
             if played.ended[now][at] or now == begin + n_steps - 1:
                 break
             now += 1

@@ -12,7 +12,7 @@ from hhrl_agents.networks import ActionNetwork, mask_penalty, method_shapes, one
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs.observation import SIZE
-from support import reference
+from support import plain_networks
 
 SEEDS = (3, 8, 5)
 READINGS = pytest.mark.parametrize(
@@ -49,8 +49,8 @@ def test_action_network_is_figure_2(attention: bool, config: dict[str, Any]) -> 
     values = network(states, options)
     assert values.shape == (len(SEEDS), 6, 9)
     for e in range(len(SEEDS)):
-        s, o = reference.rows(states, e), reference.rows(options, e)
-        expected = reference.action_values(reference.leaves(stack.online, e), s, o, **config).detach()
+        s, o = plain_networks.rows(states, e), plain_networks.rows(options, e)
+        expected = plain_networks.action_values(plain_networks.leaves(stack.online, e), s, o, **config).detach()
         np.testing.assert_allclose(values[e].T, expected, rtol=1e-4, atol=1e-5)
 
 
@@ -63,10 +63,12 @@ def test_gradients_are_those_of_automatic_differentiation(attention: bool, confi
     _, trace = network.trace(states, options)
     network.backward(trace.columns(part), slope[..., part].contiguous(), stack.gradients)
     for e in range(len(SEEDS)):
-        leaves = reference.leaves(stack.online, e)
-        values = reference.action_values(leaves, reference.rows(states, e), reference.rows(options, e), **config)
-        loss = (values * reference.rows(slope, e))[part].sum()
-        for name, expected in reference.gradients(loss, leaves).items():
+        leaves = plain_networks.leaves(stack.online, e)
+        values = plain_networks.action_values(
+            leaves, plain_networks.rows(states, e), plain_networks.rows(options, e), **config
+        )
+        loss = (values * plain_networks.rows(slope, e))[part].sum()
+        for name, expected in plain_networks.gradients(loss, leaves).items():
             ours = stack.gradients[name][e]
             np.testing.assert_allclose(ours, expected, rtol=1e-3, atol=1e-4, err_msg=name)
             assert ours.any()
@@ -82,8 +84,10 @@ def test_attention_weighs_the_state_elements_of_the_option(attended: str) -> Non
     np.testing.assert_allclose(weights.sum(1), 1.0, rtol=1e-5)
     assert (weights - network.attention(states, 1 - options)).abs().max() > 1e-3
     for e in range(len(SEEDS)):
-        leaves = reference.leaves(stack.online, e)
-        expected = reference.attention(leaves, reference.rows(states, e), reference.rows(options, e)).detach()
+        leaves = plain_networks.leaves(stack.online, e)
+        expected = plain_networks.attention(
+            leaves, plain_networks.rows(states, e), plain_networks.rows(options, e)
+        ).detach()
         np.testing.assert_allclose(weights[e].T, expected, atol=1e-6)
 
 

@@ -40,7 +40,8 @@ def leaves(made: PrioritizedSampler, seeds: int = len(SEEDS)) -> FloatArray:
 
 def chances(made: PrioritizedSampler) -> FloatArray:
     held = leaves(made)
-    return held / held.sum(-1, keepdims=True)
+    shares: FloatArray = held / held.sum(-1, keepdims=True)
+    return shares
 
 
 def by_tree(draw: Draw, trees: int) -> IntArray:

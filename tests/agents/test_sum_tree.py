@@ -20,7 +20,7 @@ def tree_of(priorities: FloatArray) -> SumTrees:
 def some_priorities(leaves: int) -> FloatArray:
     """Priorities of very different size, a fifth of them zero, the first and the last one too."""
     rng = np.random.default_rng(leaves)
-    priorities = rng.random(leaves) * rng.choice([0.0, 0.2, 1.0, 1.0, 5.0], leaves)
+    priorities: FloatArray = rng.random(leaves) * rng.choice([0.0, 0.2, 1.0, 1.0, 5.0], leaves)
     priorities[[0, -1]] = 0.0
     return priorities
 

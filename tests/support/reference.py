@@ -1,65 +1,105 @@
-"""The networks of one seed in plain torch, rows instead of columns and float64, to check what is written by hand."""
+"""The paper's equations in plain Python, written for the tests alone: one row, one step, no arrays."""
 
-from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import exp
 
-import torch
-from torch import Tensor
-from torch.nn.functional import layer_norm as normalised
+import numpy as np
+from numpy.typing import NDArray
 
-from hhrl_envs.observation import SIZE
-
-Leaves = dict[str, Tensor]
+from hhrl_envs import Outcome, Scenario
 
 
-def leaves(views: Mapping[str, Tensor], seed_index: int, prefix: str = "") -> Leaves:
-    """Return one seed's parameters whose names start with `prefix`, float64 leaves that gradients can be taken by."""
-    return {
-        name.removeprefix(prefix): value[seed_index].double().clone().requires_grad_()
-        for name, value in views.items()
-        if name.startswith(prefix)
-    }
+@dataclass
+class Facts:
+    """What an observer outside the simulator sees of one step."""
+
+    v_e: float
+    j_e: float
+    d_d: float
+    d_f: float
+    v_f: float
+    outcome: Outcome
 
 
-def rows(columns: Tensor, seed_index: int) -> Tensor:
-    """Return one seed's columns [E, features, K] as float64 rows [K, features]."""
-    return columns[seed_index].double().T
+def distances(facts: Facts, scenario: Scenario) -> dict[str, float]:
+    """Eq. (dis), with the documented sensor range."""
+    a_max, d_0 = scenario.vehicle.max_decel, scenario.reward.safe_gap
+    seen = facts.d_f <= scenario.sensor.front_range
+    d_f = facts.d_f if seen else scenario.sensor.front_range
+    v_f = facts.v_f if seen else scenario.road.speed_limit
+    d_fs = max((facts.v_e**2 - v_f**2) / (2 * a_max), d_0)
+    d_ds = facts.v_e**2 / (2 * a_max)
+    return {"d_fs": d_fs, "d_fc": d_f - d_fs, "d_ds": d_ds, "d_dc": facts.d_d - d_ds}
 
 
-def gradients(loss: Tensor, parameters: Leaves) -> dict[str, Tensor]:
-    """Return the gradient of the loss by every parameter."""
-    return dict(zip(parameters, torch.autograd.grad(loss, list(parameters.values())), strict=True))
+def unsafe(chased: float, reference: float) -> float:
+    return exp(min(-chased / reference, 1.0)) if chased < 0 else 0.0
 
 
-def mlp(parameters: Leaves, inputs: Tensor, *, layer_norm: bool = False) -> Tensor:
-    """Return the outputs [K, out] for inputs [K, in]."""
-    depth = sum(name.endswith("weight") for name in parameters)
-    for layer in range(depth):
-        inputs = inputs @ parameters[f"{layer}.weight"] + parameters[f"{layer}.bias"]
-        if layer < depth - 1:
-            inputs = normalised(inputs, inputs.shape[1:], eps=1e-5) if layer_norm else inputs
-            inputs = inputs.relu()
-    return inputs
+def rewards(facts: Facts, scenario: Scenario) -> tuple[float, list[float], list[float]]:
+    """r^task, r^option and r^action of both options, event by event."""
+    r, d = scenario.reward, distances(facts, scenario)
+    unsafe_of = [unsafe(d["d_dc"], max(d["d_ds"], 0.5)), unsafe(d["d_fc"], d["d_fs"])]
+    failure_of = [
+        facts.v_e**2 if facts.outcome == Outcome.NOT_STOP else 0.0,
+        r.sigma_3 if facts.outcome == Outcome.COLLISION else 0.0,
+    ]
+    jerk = r.sigma_2 if abs(facts.j_e) > r.jerk_threshold else 0.0
+    sr = -r.sigma_1
+    if facts.outcome == Outcome.TIMEOUT:
+        sr -= r.timeout_scale * facts.d_d**2
+    if facts.outcome == Outcome.SUCCESS:
+        sr += r.sigma_4
+    option = [sr - unsafe_of[1 - k] - failure_of[1 - k] for k in (0, 1)]
+    action = [sr - jerk - unsafe_of[k] - failure_of[k] for k in (0, 1)]
+    return sr - jerk - sum(unsafe_of) - sum(failure_of), option, action
 
 
-def attention(parameters: Leaves, states: Tensor, options: Tensor) -> Tensor:
-    """Return I(s, o), [K, 11], for states [K, 11] and one-hot options [K, 2]."""
-    scores = states @ parameters["attention.state.weight"] + parameters["attention.state.bias"]
-    return (scores + options @ parameters["attention.option.weight"]).softmax(-1)
+def judge(scenario: Scenario, positions: NDArray[np.float64], speed: float, agent: int, step: int) -> Outcome:
+    """How the episode of one agent stands: in words, for a single stop-line at position 0 where it has to stop.
+
+    ``positions`` are those of all vehicles, the ego first, NaN or missing where there is none.
+    """
+    length, x = scenario.vehicle.length, positions[agent]
+    if agent + 1 < len(positions) and positions[agent + 1] - length <= x:
+        return Outcome.COLLISION
+    if x > 0.0:
+        return Outcome.NOT_STOP
+    if -x <= scenario.road.stop_zone and speed < scenario.road.stop_speed:
+        return Outcome.SUCCESS
+    if step >= scenario.horizon:
+        return Outcome.TIMEOUT
+    if agent > 0 and x - length <= positions[agent - 1]:
+        return Outcome.REAR_ENDED
+    return Outcome.RUNNING
 
 
-def action_values(
-    parameters: Leaves, states: Tensor, options: Tensor, *, attended: str = "state", layer_norm: bool = False
-) -> Tensor:
-    """Return Q^a of Figure 2, [K, A], for states [K, 11] and one-hot options [K, 2]."""
-    if "attention.state.weight" in parameters:
-        weights = attention(parameters, states, options)
-        if attended == "linear":
-            states = states @ parameters["attention.state.weight"] + parameters["attention.state.bias"]
-        states = SIZE * weights * states
-    values = {name.removeprefix("values."): value for name, value in parameters.items() if name.startswith("values.")}
-    return mlp(values, torch.cat((states, options), -1), layer_norm=layer_norm)
+def braking(scenario: Scenario, position: float, speed: float, steps: int) -> list[float]:
+    """Where a vehicle that brakes fully is after 0, 1, 2, ... steps: the actuator's equations, one by one."""
+    vehicle, dt, accel = scenario.vehicle, scenario.dt, 0.0
+    grip, most = scenario.road.friction * 9.81, vehicle.jerk_limit * dt
+    positions = [position]
+    for _ in range(steps):
+        change = (vehicle.levels[0] - accel) * dt / (vehicle.lag + dt)
+        accel = max(-grip, min(grip, accel + max(-most, min(most, change))))
+        after = max(speed + accel * dt, 0.0)
+        position += (speed + after) / 2 * dt
+        accel, speed = (after - speed) / dt, after
+        positions.append(position)
+    return positions
 
 
-def flat(parts: Iterable[Tensor]) -> Tensor:
-    """Return the parts one after the other in one float64 vector."""
-    return torch.cat([part.double().flatten() for part in parts])
+def feasible(scenario: Scenario, start: tuple[float, float], rears: NDArray[np.float64]) -> bool:
+    """Whether an ego that starts at (position, speed) could have stopped at the line behind these rears, step by step.
+
+    Where full braking is hit nobody could have survived; and the line has to be freed early enough to cover a safe gap,
+    a car's length and the stop zone at walking pace, as long as there was the time to see it.
+    """
+    ego = braking(scenario, *start, len(rears) - 1)
+    if any(rear <= x for rear, x in zip(rears[1:], ego[1:], strict=True)):
+        return False
+    queue = scenario.reward.safe_gap + scenario.vehicle.length + scenario.road.stop_zone
+    latest = scenario.horizon * scenario.dt - queue / 1.4
+    freed = [step * scenario.dt for step, rear in enumerate(rears) if step > 0 and rear > 0.0]
+    seen = (len(rears) - 1) * scenario.dt
+    return seen <= latest or (len(freed) > 0 and freed[0] <= latest)
