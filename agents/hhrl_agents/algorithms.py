@@ -70,7 +70,7 @@ class Algorithm(Protocol):
 class DoubleDQN:
     """Flat Double DQN (Eq. (ddqn)): one action-value network, rewarded by the action level's column, r^task."""
 
-    levels = ("action",)
+    levels: Sequence[str] = ("action",)
 
     def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
         norm = method.config.layer_norm
@@ -79,7 +79,7 @@ class DoubleDQN:
         self._target = MLP(subset(stack.target, "action."), layer_norm=norm)
         self._gradients = subset(stack.gradients, "action.")
         self._alpha, self._device = method.config.advantage_learning, stack.flat.device
-        self.choices = (np.arange(scenario.num_actions),)
+        self.choices: Sequence[IntArray] = (np.arange(scenario.num_actions),)
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return no options (-1) and the actions; see `Algorithm.choose`."""
@@ -104,7 +104,7 @@ class HierarchicalDoubleDQN:
     Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network.
     """
 
-    levels = ("option", "action")
+    levels: Sequence[str] = ("option", "action")
 
     def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
         config = method.config
@@ -119,7 +119,7 @@ class HierarchicalDoubleDQN:
         self._gradients = [subset(stack.gradients, f"{level}.") for level in self.levels]
         self._alpha, self._device = config.advantage_learning, stack.flat.device
         self._penalty = mask_penalty(scenario.option_mask).to(self._device)
-        self.choices = (np.flatnonzero(scenario.option_mask), np.arange(scenario.num_actions))
+        self.choices: Sequence[IntArray] = (np.flatnonzero(scenario.option_mask), np.arange(scenario.num_actions))
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return the options, and the actions given those; see `Algorithm.choose`."""
@@ -136,9 +136,9 @@ class HierarchicalDoubleDQN:
         values, trace = self._option.trace(batch.observations)
         errors = batch.option_rewards + batch.discounts * option_value - values.gather(1, batch.options)
         option = LevelErrors(errors, batch.options, values, self._option, trace, self._gradients[0])
-        values, trace = self._action.trace(batch.observations, given)
+        values, action_trace = self._action.trace(batch.observations, given)
         errors = batch.action_rewards + batch.discounts * action_value - values.gather(1, batch.actions)
-        action = LevelErrors(errors, batch.actions, values, self._action, trace, self._gradients[1])
+        action = LevelErrors(errors, batch.actions, values, self._action, action_trace, self._gradients[1])
         if self._alpha > 0.0:
             old = self._option_target(batch.observations) + self._penalty
             option.errors.sub_(self._alpha * shortfall(old, batch.options))

@@ -95,7 +95,8 @@ class DoubleDQNConfig(NetworkConfig):
             self._require(name, getattr(self, name) > 0, "a number above 0")
         for name in ("gamma", "final_epsilon", "priority_exponent", "importance_exponent", "jerk_weight"):
             self._require(name, 0 <= getattr(self, name) <= 1, "a number in [0, 1]")
-        self._require("warmup", self.warmup >= self.n_envs, f"at least n_envs ({self.n_envs})")
+        first = self.n_steps * self.n_envs
+        self._require("warmup", self.warmup >= first, f"at least n_steps x n_envs ({first})")
         self._require("replay_capacity", self.replay_capacity >= self.warmup, f"at least warmup ({self.warmup})")
         self._require("advantage_learning", 0 <= self.advantage_learning < 1, "a number in [0, 1)")
         plain = self.attended == "state" or not self.memory

@@ -24,7 +24,7 @@ from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.errors import InputError
 
-ALGORITHMS = {False: DoubleDQN, True: HierarchicalDoubleDQN}
+ALGORITHMS: dict[bool, type[DoubleDQN] | type[HierarchicalDoubleDQN]] = {False: DoubleDQN, True: HierarchicalDoubleDQN}
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Learner:
 
     def _update_is_due(self) -> bool:
         config = self.method.config
-        return self.updates * config.steps_per_update < self.env_steps - config.warmup
+        return bool(self.updates * config.steps_per_update < self.env_steps - config.warmup)
 
     def _update(self, learning_rate: float) -> None:
         """Take one gradient step at every level of every seed."""

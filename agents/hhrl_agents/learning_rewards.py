@@ -31,7 +31,8 @@ def level_rewards(method: Method, simulator: Simulator, options: IntArray) -> Fl
     rewards -= np.stack((np.zeros_like(excess) if method.hybrid_reward else excess, excess), axis=1)
     if method.config.timeout == "truncation":
         rewards -= simulator.terms[:, TIMEOUT, None]
-    return rewards * method.config.reward_scale
+    scaled: FloatArray = rewards * method.config.reward_scale
+    return scaled
 
 
 def discounts(method: Method, simulator: Simulator) -> FloatArray:

@@ -8,11 +8,10 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from hhrl_agents.double_dqn_config import DoubleDQNConfig
-from hhrl_agents.network_config import NetworkConfig
 from hhrl_agents.ppo_config import PPOConfig
-from hhrl_envs.errors import InputError
+from hhrl_envs.errors import InputError, require_value
 
-CONFIGS: Mapping[str, type[NetworkConfig]] = MappingProxyType({"double-dqn": DoubleDQNConfig, "ppo": PPOConfig})
+CONFIGS: Mapping[str, Any] = MappingProxyType({"double-dqn": DoubleDQNConfig, "ppo": PPOConfig})
 """The class of each algorithm's hyperparameters."""
 
 
@@ -80,6 +79,14 @@ class Method:
             config = {name: tuple(v) if isinstance(v, list) else v for name, v in data["config"].items()}
             others = {name: value for name, value in data.items() if name != "algorithm"}
             method = cls(method_id, **{**others, "config": CONFIGS[data["algorithm"]](**config)})
+            _require_entries(method.data(), data)
+            _require_entries(method.data()["config"], config)
         except (KeyError, TypeError) as error:
             raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error
         return method
+
+
+def _require_entries(expected: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+    missing = ", ".join(sorted(expected.keys() - given.keys()))
+    if missing:
+        raise KeyError(f"missing {missing}")

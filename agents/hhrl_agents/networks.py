@@ -103,7 +103,7 @@ class ActionNetwork:
 
 def _grouped(features: Tensor) -> Tensor:
     """Return [E, 1 + traces, 11, K] for features [E, 11 (1 + traces), K]."""
-    return features.unflatten(1, (-1, SIZE))
+    return features.view(len(features), -1, SIZE, features.shape[2])
 
 
 def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:

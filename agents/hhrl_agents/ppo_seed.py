@@ -14,7 +14,7 @@ from torch import nn
 from hhrl_agents.base import FloatArray, IntArray
 from hhrl_agents.global_streams import GlobalStreams
 from hhrl_agents.learning_view import LearningView
-from hhrl_agents.networks import Parameters
+from hhrl_agents.mlp import Parameters
 from hhrl_agents.ppo_config import PPOConfig
 from hhrl_envs import Outcome, Scenario
 

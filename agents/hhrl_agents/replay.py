@@ -71,7 +71,14 @@ class ReplayBuffer:
         """Return the transitions at `indices`, int64 [E, M], each column from its seed's own ring."""
         flat = torch.from_numpy((indices + self._first_rows).reshape(-1)).to(self._rows.device)
         rows = self._rows.view(-1, self._rows.shape[2]).index_select(0, flat).view(*indices.shape, -1).transpose(1, 2)
-        observations, following, others = rows.split((self._features, self._features, 5), 1)
-        option_rewards, action_rewards, discounts = others[:, :3].split(1, 1)
-        options, actions = others[:, 3:].long().split(1, 1)
-        return Batch(observations, options, actions, option_rewards, action_rewards, discounts, following)
+        following, rewards = self._features, 2 * self._features
+        choices = rows[:, rewards + 3 :].long()
+        return Batch(
+            observations=rows[:, :following],
+            options=choices[:, :1],
+            actions=choices[:, 1:],
+            option_rewards=rows[:, rewards : rewards + 1],
+            action_rewards=rows[:, rewards + 1 : rewards + 2],
+            discounts=rows[:, rewards + 2 : rewards + 3],
+            next_observations=rows[:, following:rewards],
+        )

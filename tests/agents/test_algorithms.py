@@ -1,165 +1,192 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
-from numpy.typing import NDArray
+from torch import Tensor
 
 from hhrl_agents import METHODS
 from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN, double_q
 from hhrl_agents.exploration import GREEDY
-from hhrl_agents.networks import subset
+from hhrl_agents.networks import method_shapes
+from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.replay import ACTION, OPTION, Batch
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs.observation import SIZE
+from support import plain_networks
 
 MAIN = get_scenario("stop-line-v0")
 ALONE = replace(MAIN, id="alone", traffic=replace(MAIN.traffic, count_shares=(1.0,)))
 SEEDS = (4, 9)
 SIZE_K = 7
-Array = NDArray[np.float32]
-Arrays = dict[str, Array]
+VARIANTS = pytest.mark.parametrize(
+    ("name", "config"),
+    [
+        ("ddqn", {}),
+        ("ddqn", {"layer_norm": True}),
+        ("hrl-0", {}),
+        ("hybrid-hrl", {}),
+        ("hybrid-hrl", {"attended": "linear"}),
+        ("hybrid-hrl", {"layer_norm": True}),
+    ],
+)
 
 
-def algorithm_of(name: str, scenario: Scenario = MAIN) -> Algorithm:
-    """An algorithm whose target networks are those of other seeds than the online ones."""
-    method, streams = METHODS[name], generators(SEEDS, Purpose.INITIALISATION)
-    made = (HierarchicalDoubleDQN if method.hierarchical else DoubleDQN)(method, scenario, streams)
-    rng = np.random.default_rng(1)
-    with torch.no_grad():
-        for stack in made.stacks.values():
-            stack.flat.add_(torch.from_numpy(rng.normal(0.0, 0.2, tuple(stack.flat.shape)).astype(np.float32)))
-    return made
+class Subject:
+    """An algorithm whose target networks differ from the online ones, and a plain reference of each seed's values."""
+
+    def __init__(self, name: str, scenario: Scenario = MAIN, **config: Any) -> None:
+        method = METHODS[name]
+        method = replace(method, config=replace(method.config, hidden=(16, 12), **config))
+        shapes, streams = method_shapes(method, scenario.num_actions), generators(SEEDS, Purpose.INITIALISATION)
+        self.config = config
+        self.stack = ParameterStack(shapes, streams, torch.device("cpu"))
+        rng = np.random.default_rng(1)
+        for flat in (self.stack.flat, self.stack.flat_target):
+            flat.add_(torch.from_numpy(rng.normal(0.0, 0.2, tuple(flat.shape)).astype(np.float32)))
+        kind = HierarchicalDoubleDQN if method.hierarchical else DoubleDQN
+        self.algorithm: Algorithm = kind(method, scenario, self.stack)
+
+    def leaves(self, level: str, e: int, *, target: bool = False) -> plain_networks.Leaves:
+        return plain_networks.leaves(self.stack.both, e + target * len(SEEDS), f"{level}.")
+
+    def values(self, leaves: plain_networks.Leaves, s: Tensor, options: Tensor | None = None) -> Tensor:
+        """One level's values [K, C] of the states [K, 11]; `options` [K] for the action level of a hierarchy."""
+        if options is None:
+            return plain_networks.mlp(leaves, s, layer_norm=self.config.get("layer_norm", False))
+        return plain_networks.action_values(leaves, s, torch.eye(2).double()[options], **self.config)
 
 
 def batch_of(rng: np.random.Generator) -> Batch:
-    shape = (len(SEEDS), SIZE_K)
+    def normal(features: int) -> Tensor:
+        return torch.from_numpy(rng.normal(size=(len(SEEDS), features, SIZE_K)).astype(np.float32))
+
+    shape = (len(SEEDS), 1, SIZE_K)
     return Batch(
-        observations=torch.from_numpy(rng.normal(size=(*shape, SIZE)).astype(np.float32)),
+        observations=normal(SIZE),
         options=torch.from_numpy(rng.integers(0, 2, shape)),
         actions=torch.from_numpy(rng.integers(0, MAIN.num_actions, shape)),
-        rewards=torch.from_numpy(rng.normal(size=(2, *shape)).astype(np.float32)),
+        option_rewards=normal(1),
+        action_rewards=normal(1),
         discounts=torch.from_numpy(rng.choice([0.0, 0.97], shape).astype(np.float32)),
-        next_observations=torch.from_numpy(rng.normal(size=(*shape, SIZE)).astype(np.float32)),
+        next_observations=normal(SIZE),
     )
 
 
-def networks(algorithm: Algorithm, level: str, e: int) -> tuple[Arrays, Arrays]:
-    """Online and target parameters of one seed's network in numpy."""
-    both = algorithm.stacks[level].both
-    online = {name: value[e].numpy() for name, value in both.items()}
-    return online, {name: value[e + len(SEEDS)].numpy() for name, value in both.items()}
-
-
-def mlp(p: Arrays, x: Array) -> Array:
-    for layer in range(3):
-        x = x @ p[f"{layer}.weight"] + p[f"{layer}.bias"]
-        x = np.maximum(x, 0) if layer < 2 else x
-    return x
-
-
-def q_action(p: Arrays, s: Array, option: int) -> Array:
-    o = np.eye(2, dtype=np.float32)[option]
-    if "attention.state.weight" in p:
-        scores = (s @ p["attention.state.weight"] + p["attention.state.bias"])[0] + o @ p["attention.option.weight"]
-        s = (SIZE * np.exp(scores) / np.exp(scores).sum() * s).astype(np.float32)
-    values = {name.removeprefix("values."): value for name, value in p.items() if name.startswith("values.")}
-    value: Array = mlp(values, np.concatenate((s, o)))[0]
-    return value
+def expected_errors(subject: Subject, batch: Batch, e: int) -> list[tuple[Tensor, plain_networks.Leaves]]:
+    """The errors Y - Q of each level, [K], written out sample by sample, and the leaves that Q depends on."""
+    s, following = plain_networks.rows(batch.observations, e), plain_networks.rows(batch.next_observations, e)
+    given: dict[str, Tensor | None] = {"option": None, "action": None}
+    best: dict[str, Tensor | None] = {"option": None, "action": None}
+    rewards = {"option": batch.option_rewards, "action": batch.action_rewards}
+    chosen = {"option": batch.options[e, 0], "action": batch.actions[e, 0]}
+    found = []
+    for level in subject.algorithm.levels:
+        if level == "action" and "option" in subject.algorithm.levels:
+            given = {**given, "action": batch.options[e, 0]}
+        online, target = subject.leaves(level, e), subject.leaves(level, e, target=True)
+        star = subject.values(online, following, best[level]).argmax(1)
+        if level == "option":
+            best["action"] = star
+        values, aims = subject.values(online, s, given[level]), subject.values(target, following, best[level])
+        errors = [
+            rewards[level][e, 0, k].double()
+            + batch.discounts[e, 0, k].double() * aims[k, star[k]].detach()
+            - values[k, chosen[level][k]]
+            for k in range(SIZE_K)
+        ]
+        found.append((torch.stack(errors), online))
+    return found
 
 
 def test_double_q_takes_the_target_s_value_of_the_online_s_choice() -> None:
-    online, target = torch.tensor([[[1.0, 5.0, 2.0]]]), torch.tensor([[[10.0, 20.0, 30.0]]])
+    online, target = torch.tensor([[[1.0], [5.0], [2.0]]]), torch.tensor([[[10.0], [20.0], [30.0]]])
     best, value = double_q(torch.cat((online, target)))
     assert (best.item(), value.item()) == (1, 20.0)
 
 
-def test_flat_errors_are_those_of_double_dqn() -> None:
-    algorithm, batch = algorithm_of("ddqn"), batch_of(np.random.default_rng(0))
-    (errors,) = algorithm.td_errors(batch)
+@VARIANTS
+def test_errors_are_those_of_double_dqn_at_every_level(name: str, config: dict[str, Any]) -> None:
+    subject, batch = Subject(name, **config), batch_of(np.random.default_rng(0))
+    levels = subject.algorithm.td_errors(batch)
     for e in range(len(SEEDS)):
-        online, target = networks(algorithm, "action", e)
-        for k in range(SIZE_K):
-            s, following = batch.observations[e, k].numpy(), batch.next_observations[e, k].numpy()
-            best = mlp(online, following)[0].argmax()
-            reward, discount = batch.rewards[ACTION, e, k].item(), batch.discounts[e, k].item()
-            expected = reward + discount * mlp(target, following)[0][best] - mlp(online, s)[0][batch.actions[e, k]]
-            np.testing.assert_allclose(errors[e, k].item(), expected, rtol=1e-4, atol=1e-5)
+        for level, (errors, _) in zip(levels, expected_errors(subject, batch, e), strict=True):
+            np.testing.assert_allclose(level.errors[e, 0], errors.detach(), rtol=1e-4, atol=1e-4)
 
 
-@pytest.mark.parametrize("name", ["hrl-0", "hybrid-hrl"])
-def test_hierarchical_errors_are_those_of_the_paper(name: str) -> None:
-    algorithm, batch = algorithm_of(name), batch_of(np.random.default_rng(0))
-    option_errors, action_errors = algorithm.td_errors(batch)
+def test_a_terminal_step_s_target_is_its_reward() -> None:
+    subject, batch = Subject("hybrid-hrl"), batch_of(np.random.default_rng(0))
+    ended = batch._replace(discounts=torch.zeros_like(batch.discounts))
+    elsewhere = ended._replace(next_observations=ended.next_observations + 3.0)
+    for ours, same, other in zip(*(subject.algorithm.td_errors(b) for b in (ended, elsewhere, batch)), strict=True):
+        assert torch.equal(ours.errors, same.errors)
+        goes_on = batch.discounts > 0
+        assert torch.equal(ours.errors[~goes_on], other.errors[~goes_on])
+        assert (ours.errors != other.errors)[goes_on].all()
+
+
+@VARIANTS
+@pytest.mark.parametrize("part", [slice(0, SIZE_K), slice(2, 5)])
+def test_losses_and_gradients_are_the_weighted_squared_errors(name: str, config: dict[str, Any], part: slice) -> None:
+    subject, batch = Subject(name, **config), batch_of(np.random.default_rng(0))
+    size = part.stop - part.start
+    weights = torch.from_numpy(np.random.default_rng(3).random((len(SEEDS), 1, size)).astype(np.float32))
+    losses = [level.backward(part, weights) for level in subject.algorithm.td_errors(batch)]
     for e in range(len(SEEDS)):
-        option_online, option_target = networks(algorithm, "option", e)
-        action_online, action_target = networks(algorithm, "action", e)
-        for k in range(SIZE_K):
-            s, following = batch.observations[e, k].numpy(), batch.next_observations[e, k].numpy()
-            option, action = int(batch.options[e, k]), int(batch.actions[e, k])
-            discount = batch.discounts[e, k].item()
-            best_option = int(mlp(option_online, following)[0].argmax())
-            y_option = batch.rewards[OPTION, e, k].item() + discount * mlp(option_target, following)[0][best_option]
-            best_action = q_action(action_online, following, best_option).argmax()
-            next_value = q_action(action_target, following, best_option)[best_action]
-            y_action = batch.rewards[ACTION, e, k].item() + discount * next_value
-            expected = (
-                y_option - mlp(option_online, s)[0][option],
-                y_action - q_action(action_online, s, option)[action],
-            )
-            np.testing.assert_allclose(option_errors[e, k].item(), expected[0], rtol=1e-4, atol=1e-5)
-            np.testing.assert_allclose(action_errors[e, k].item(), expected[1], rtol=1e-4, atol=1e-5)
+        expected = expected_errors(subject, batch, e)
+        for level, ours, (errors, leaves) in zip(subject.algorithm.levels, losses, expected, strict=True):
+            loss = (weights[e, 0].double() * errors[part].square()).mean()
+            assert ours[e] == pytest.approx(loss.item(), rel=1e-4)
+            for key, gradient in plain_networks.gradients(loss, leaves).items():
+                mine = subject.stack.gradients[f"{level}.{key}"][e]
+                np.testing.assert_allclose(mine, gradient, rtol=1e-3, atol=1e-4, err_msg=key)
 
 
-@pytest.mark.parametrize("name", ["ddqn", "hybrid-hrl"])
-def test_targets_carry_no_gradient_and_levels_do_not_mix(name: str) -> None:
-    algorithm = algorithm_of(name)
-    errors = algorithm.td_errors(batch_of(np.random.default_rng(0)))
-    for error, (level, stack) in zip(errors, algorithm.stacks.items(), strict=True):
-        for other, elsewhere in algorithm.stacks.items():
-            leaves = list(elsewhere.online.values())
-            parts = torch.autograd.grad(error.sum(), leaves, retain_graph=True, allow_unused=True)
-            assert all((part is not None) == (other == level) for part in parts)
-        assert not any(value.requires_grad for value in stack.both.values())
+def test_levels_do_not_mix() -> None:
+    subject = Subject("hybrid-hrl")
+    everything = slice(0, SIZE_K)
+    for level in subject.algorithm.td_errors(batch_of(np.random.default_rng(0))):
+        subject.stack.gradient.fill_(7.0)
+        level.backward(everything, torch.ones(len(SEEDS), 1, SIZE_K))
+        touched = {name.split(".")[0] for name, value in subject.stack.gradients.items() if (value != 7.0).any()}
+        assert len(touched) == 1
 
 
 def test_a_masked_option_is_neither_chosen_nor_bootstrapped_from() -> None:
-    algorithm, batch = algorithm_of("hrl-0", ALONE), batch_of(np.random.default_rng(0))
-    observations = batch.observations.numpy()
+    subject, batch = Subject("hrl-0", ALONE), batch_of(np.random.default_rng(0))
     greedy = np.full((len(SEEDS), SIZE_K), GREEDY)
-    options, _ = algorithm.choose(observations, (greedy, greedy))
+    observations = batch.observations.transpose(1, 2).numpy()
+    options, _ = subject.algorithm.choose(observations, (greedy, greedy))
     assert not options.any()
-    assert list(algorithm.choices[OPTION]) == [0]
-    option_errors, _ = algorithm.td_errors(batch)
+    assert list(subject.algorithm.choices[OPTION]) == [0]
+    option, _ = subject.algorithm.td_errors(batch)
     for e in range(len(SEEDS)):
-        online, target = networks(algorithm, "option", e)
-        for k in range(SIZE_K):
-            next_value = mlp(target, batch.next_observations[e, k].numpy())[0][0]
-            y = batch.rewards[OPTION, e, k].item() + batch.discounts[e, k].item() * next_value
-            expected = y - mlp(online, observations[e, k])[0][batch.options[e, k]]
-            np.testing.assert_allclose(option_errors[e, k].item(), expected, rtol=1e-4, atol=1e-5)
+        online, target = subject.leaves("option", e), subject.leaves("option", e, target=True)
+        aim = subject.values(target, plain_networks.rows(batch.next_observations, e))[:, 0]
+        values = subject.values(online, plain_networks.rows(batch.observations, e))
+        taken = values.gather(1, batch.options[e].T)[:, 0]
+        expected = batch.option_rewards[e, 0] + batch.discounts[e, 0] * aim - taken
+        np.testing.assert_allclose(option.errors[e, 0], expected.detach(), rtol=1e-4, atol=1e-5)
 
 
 def test_greedy_choices_have_the_highest_values_and_tried_ones_are_kept() -> None:
-    algorithm, rng = algorithm_of("hybrid-hrl"), np.random.default_rng(0)
+    subject, rng = Subject("hybrid-hrl"), np.random.default_rng(0)
     observations = rng.normal(size=(len(SEEDS), SIZE_K, SIZE)).astype(np.float32)
-    tried = [rng.integers(GREEDY, len(choices), (len(SEEDS), SIZE_K)) for choices in algorithm.choices]
-    options, actions = algorithm.choose(observations, tried)
+    tried = [rng.integers(GREEDY, len(choices), (len(SEEDS), SIZE_K)) for choices in subject.algorithm.choices]
+    options, actions = subject.algorithm.choose(observations, tried)
     for e in range(len(SEEDS)):
-        option_online, _ = networks(algorithm, "option", e)
-        action_online, _ = networks(algorithm, "action", e)
-        for k in range(SIZE_K):
-            s = observations[e, k]
-            option = tried[OPTION][e, k] if tried[OPTION][e, k] != GREEDY else mlp(option_online, s)[0].argmax()
-            greedy_action = q_action(action_online, s, int(option)).argmax()
-            assert options[e, k] == option
-            assert actions[e, k] == (tried[ACTION][e, k] if tried[ACTION][e, k] != GREEDY else greedy_action)
+        s = torch.from_numpy(observations[e]).double()
+        option = subject.values(subject.leaves("option", e), s).argmax(1).numpy()
+        np.testing.assert_array_equal(options[e], np.where(tried[OPTION][e] == GREEDY, option, tried[OPTION][e]))
+        action = subject.values(subject.leaves("action", e), s, torch.from_numpy(options[e])).argmax(1).numpy()
+        np.testing.assert_array_equal(actions[e], np.where(tried[ACTION][e] == GREEDY, action, tried[ACTION][e]))
 
 
 def test_a_flat_algorithm_selects_no_option() -> None:
-    algorithm = algorithm_of("ddqn")
+    subject = Subject("ddqn")
     observations = np.zeros((len(SEEDS), SIZE_K, SIZE), np.float32)
-    options, _ = algorithm.choose(observations, (np.full((len(SEEDS), SIZE_K), GREEDY),))
+    options, actions = subject.algorithm.choose(observations, (np.full((len(SEEDS), SIZE_K), GREEDY),))
     assert (options == -1).all()
-    assert not subset(algorithm.stacks["action"].online, "attention.")
+    assert actions.shape == (len(SEEDS), SIZE_K)

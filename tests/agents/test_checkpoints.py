@@ -14,7 +14,7 @@ from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.checkpoints import CheckpointError
 from hhrl_agents.files import OutputError
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
-from hhrl_agents.networks import level_shapes
+from hhrl_agents.networks import method_shapes
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import get_scenario
@@ -25,12 +25,8 @@ MAIN = get_scenario("stop-line-v0")
 
 def agent_of(name: str, seed: int = 4) -> LearnedAgent:
     method, streams = METHODS[name], generators([seed], Purpose.INITIALISATION)
-    parameters = {
-        f"{level}.{key}": value
-        for level, shapes in level_shapes(method, MAIN.num_actions).items()
-        for key, value in ParameterStack(shapes, streams).snapshot(0).items()
-    }
-    return make_agent(method, MAIN, parameters, describe(method, MAIN, seed, 1_000))
+    stack = ParameterStack(method_shapes(method, MAIN.num_actions), streams, torch.device("cpu"))
+    return make_agent(method, MAIN, stack.snapshot(0), describe(method, MAIN, seed, 1_000))
 
 
 @pytest.fixture

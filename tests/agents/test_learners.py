@@ -7,11 +7,14 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
+from hhrl_agents.exploration import GREEDY
 from hhrl_agents.learned import LearnedAgent
 from hhrl_agents.learners import Learner, Progress, linear
 from hhrl_agents.methods import Method
 from hhrl_agents.replay import Batch
-from hhrl_envs import InputError, Outcome, Simulator, get_scenario
+from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
+from hhrl_envs.observation import SIZE
+from hhrl_envs.rewards import TIMEOUT
 
 MAIN = get_scenario("stop-line-v0")
 NAMES = [name for name, method in METHODS.items() if method.algorithm == "double-dqn"]
@@ -33,10 +36,10 @@ def small(name: str, **values: Any) -> Method:
     return replace(method, config=replace(method.config, **{**SMALL, **values}))
 
 
-def learner_of(method: Method, seeds: Sequence[int] = (3, 5)) -> Learner:
+def learner_of(method: Method, seeds: Sequence[int] = (3, 5), scenario: Scenario = MAIN) -> Learner:
     n_envs = method.config.n_envs
     worlds = np.array(seeds)[:, None] * n_envs + np.arange(n_envs)
-    return Learner(method, MAIN, seeds, worlds.astype(np.uint64))
+    return Learner(method, scenario, seeds, worlds.astype(np.uint64))
 
 
 def trained(method: Method, seeds: Sequence[int] = (3, 5), steps: int = 400) -> tuple[Learner, list[Progress]]:
@@ -55,8 +58,8 @@ def test_transitions_follow_each_other(name: str) -> None:
     steps = 160
     learner, _ = trained(small(name), steps=steps * N_ENVS)
     batch = stored(learner, steps * N_ENVS)
-    first = batch.observations.reshape(2, steps, N_ENVS, -1)
-    second = batch.next_observations.reshape(2, steps, N_ENVS, -1)
+    first = batch.observations.transpose(1, 2).reshape(2, steps, N_ENVS, -1)
+    second = batch.next_observations.transpose(1, 2).reshape(2, steps, N_ENVS, -1)
     goes_on = batch.discounts.reshape(2, steps, N_ENVS)[:, :-1] > 0
     follows = (second[:, :-1] == first[:, 1:]).all(-1)
     assert follows[goes_on].float().mean() > 0.99
@@ -75,34 +78,37 @@ def test_the_stored_rewards_are_the_simulator_s(name: str) -> None:
         replayed.reset(np.arange(N_ENVS) + seed * N_ENVS)
         for step in range(20):
             columns = slice(step * N_ENVS, (step + 1) * N_ENVS)
-            np.testing.assert_array_equal(batch.observations[index, columns], replayed.observations)
-            replayed.step(batch.actions[index, columns].numpy())
-            np.testing.assert_array_equal(batch.next_observations[index, columns], replayed.observations)
+            np.testing.assert_array_equal(batch.observations[index, :, columns].T, replayed.observations)
+            replayed.step(batch.actions[index, 0, columns].numpy())
+            np.testing.assert_array_equal(batch.next_observations[index, :, columns].T, replayed.observations)
             if not method.hybrid_reward:
                 scaled = replayed.rewards * method.config.reward_scale
-                np.testing.assert_allclose(batch.rewards[:, index, columns], np.stack((scaled, scaled)), rtol=1e-5)
+                for rewards in (batch.option_rewards, batch.action_rewards):
+                    np.testing.assert_allclose(rewards[index, 0, columns], scaled, rtol=1e-5)
             replayed.reset_done()
 
 
-@pytest.mark.parametrize("name", ["ddqn", "hrl-0", "hybrid-hrl"])
-def test_a_seed_learns_the_same_alone_and_in_a_stack(name: str) -> None:
-    method = small(name, warmup=200)
+@pytest.mark.parametrize(
+    ("name", "replay"),
+    [("ddqn", "uniform"), ("ddqn", "prioritised"), ("hrl-0", "prioritised"), ("hybrid-hrl", "hierarchical")],
+)
+def test_a_seed_learns_the_same_alone_and_in_a_stack(name: str, replay: Any) -> None:
+    method = replace(small(name, warmup=200), replay=replay)
     together, _ = trained(method, seeds=(3, 5, 8), steps=280)
     alone, _ = trained(method, seeds=(5,), steps=280)
     inside, outside = stored(together, 280), stored(alone, 280)
     assert torch.equal(inside.actions[1], outside.actions[0])
     assert torch.equal(inside.observations[1], outside.observations[0])
     assert together.updates == alone.updates == 20
-    for level, stack in alone.algorithm.stacks.items():
-        flat = together.algorithm.stacks[level].flat[1].detach()
-        np.testing.assert_allclose(flat, stack.flat[0].detach(), rtol=1e-3, atol=2e-5)
+    np.testing.assert_allclose(together.stack.flat[1], alone.stack.flat[0], rtol=1e-3, atol=2e-5)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_same_stack_learns_the_same_bits(name: str) -> None:
     first, second = trained(small(name))[0], trained(small(name))[0]
-    for level, stack in first.algorithm.stacks.items():
-        assert torch.equal(stack.flat, second.algorithm.stacks[level].flat)
+    assert torch.equal(first.stack.flat, second.stack.flat)
+    assert torch.equal(first.stack.flat_target, second.stack.flat_target)
+    assert not torch.equal(first.stack.flat, learner_of(first.method).stack.flat)
 
 
 def test_learning_draws_nothing_from_global_generators() -> None:
@@ -112,28 +118,108 @@ def test_learning_draws_nothing_from_global_generators() -> None:
     assert repr(np.random.get_state(legacy=False)) == before[1]  # noqa: NPY002
 
 
-def test_a_gradient_step_descends_the_weighted_squared_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    method = small("hybrid-hrl", max_gradient_norm=1e9)
-    learner, _ = trained(method, steps=100)
-    draw = learner._sampler.draw(learner._replay.stored)
-    monkeypatch.setattr(learner._sampler, "draw", lambda _: draw)
-    errors = learner.algorithm.td_errors(learner._replay.gather(draw.indices))
-    expected = []
-    for weights, error, stack in zip(draw.weights, errors, learner.algorithm.stacks.values(), strict=True):
-        loss = (torch.from_numpy(weights) * error.square()).sum() / method.config.batch_size
-        parts = torch.autograd.grad(loss, list(stack.online.values()))
-        expected.append(torch.cat([part.flatten(1) for part in parts], dim=1))
-    learner._update()
-    for gradient, stack in zip(expected, learner.algorithm.stacks.values(), strict=True):
-        assert stack.flat.grad is not None
-        np.testing.assert_allclose(stack.flat.grad.numpy(), gradient, rtol=1e-4, atol=1e-7)
+@pytest.mark.parametrize(("name", "replay"), [("ddqn", "prioritised"), ("hybrid-hrl", "hierarchical")])
+def test_a_gradient_step_is_adam_s_on_the_weighted_squared_errors(name: str, replay: Any) -> None:
+    """Adam's first step is the learning rate times g / (|g| + epsilon), g the clipped gradient of each level's loss."""
+    method = replace(small(name, warmup=100, max_gradient_norm=0.01), replay=replay)
+    learner, twin = trained(method, steps=100)[0], trained(method, steps=100)[0]
+    draw = twin._sampler.draw(twin._replay.stored)
+    twin.stack.gradient.zero_()
+    for level, part, weights in zip(
+        twin.algorithm.td_errors(twin._replay.gather(draw.indices)), draw.parts, draw.weights, strict=True
+    ):
+        level.backward(part, torch.from_numpy(weights))
+    before, gradient = learner.stack.flat.clone(), twin.stack.gradient
+    for name_of_level in twin.algorithm.levels:
+        part = twin.stack.part(f"{name_of_level}.")
+        norms = gradient[:, part].norm(dim=1, keepdim=True)
+        assert (norms > 0.01).all()
+        gradient[:, part] *= 0.01 / norms
+    learner._update(0.1)
+    expected = before - 0.1 * gradient / (gradient.abs() + 1e-8)
+    np.testing.assert_allclose(learner.stack.flat, expected, rtol=1e-3, atol=2e-3)
+    assert (learner.stack.flat != before).any()
+
+
+@pytest.mark.parametrize(("interval", "rate"), [(1, 1.0), (10, 1.0), (1, 0.1), (4, 0.5)])
+def test_the_target_follows_at_its_interval_and_rate(interval: int, rate: float) -> None:
+    learner, _ = trained(small("ddqn", warmup=40, target_interval=interval, target_rate=rate), steps=40)
+    assert learner.updates == 0
+    target = learner.stack.flat.clone()
+    for update in range(1, 13):
+        learner._update(0.01)
+        if update % interval == 0:
+            target += rate * (learner.stack.flat - target)
+        np.testing.assert_allclose(learner.stack.flat_target, target, rtol=1e-5, atol=1e-6)
+    if (interval, rate) == (1, 1.0):
+        assert torch.equal(learner.stack.flat_target, learner.stack.flat)
+
+
+def test_several_steps_are_joined_as_they_were_played() -> None:
+    """The stored multi-step transitions are those of the same worlds replayed, also where the time limit cuts."""
+    n_steps, steps, scenario = 3, 60, replace(MAIN, id="short", horizon=7, feasible_only=False)
+    method = small("ddqn", n_steps=n_steps, warmup=1_000)
+    learner = learner_of(method, (3,), scenario)
+    list(learner.train(steps * N_ENVS))
+    count = (steps - n_steps + 1) * N_ENVS
+    assert learner._replay.stored == count
+    batch, replayed, gamma = stored(learner, count), Simulator(scenario, N_ENVS), method.config.gamma
+    replayed.reset(np.arange(N_ENVS) + 3 * N_ENVS)
+    actions = batch.actions[0, 0].numpy().reshape(-1, N_ENVS)
+    rewards, states, outcomes = [], [], []
+    for now in range(len(actions)):
+        replayed.step(actions[now])
+        rewards.append(replayed.rewards - replayed.terms[:, TIMEOUT])
+        states.append(replayed.observations.copy())
+        outcomes.append(replayed.outcomes.copy())
+        replayed.reset_done()
+    assert (np.array(outcomes) == Outcome.TIMEOUT).any()
+    for begin in range(len(actions) - n_steps + 1):
+        for env in range(N_ENVS):
+            total, discount = 0.0, 1.0
+            for now in range(begin, begin + n_steps):
+                total += discount * rewards[now][env] * method.config.reward_scale
+                discount *= gamma if outcomes[now][env] in {Outcome.RUNNING, Outcome.TIMEOUT} else 0.0
+                if outcomes[now][env] != Outcome.RUNNING:
+                    break
+            k = begin * N_ENVS + env
+            assert batch.action_rewards[0, 0, k].item() == pytest.approx(total, rel=1e-5, abs=1e-6)
+            assert batch.discounts[0, 0, k].item() == pytest.approx(discount, rel=1e-6)
+            np.testing.assert_array_equal(batch.next_observations[0, :, k], states[now][env])
+
+
+@pytest.mark.parametrize(
+    "reading", [{"timeout": "terminal"}, {"priority": "shift"}, {"attended": "linear"}, {"credit": "algorithm-2"}]
+)
+def test_every_literal_reading_learns_something_else(reading: dict[str, Any]) -> None:
+    scenario = replace(MAIN, id="short", horizon=90)
+    learners = [learner_of(small("hybrid-hrl", **values), scenario=scenario) for values in ({}, reading)]
+    for learner in learners:
+        list(learner.train(800))
+        assert learner.stack.flat.isfinite().all()
+    assert not torch.equal(learners[0].stack.flat, learners[1].stack.flat)
+
+
+@pytest.mark.parametrize("name", ["ddqn", "hybrid-hrl"])
+@pytest.mark.parametrize("config", [{}, {"layer_norm": True, "attended": "linear"}])
+def test_policies_act_as_their_seed_does_in_the_stack(name: str, config: dict[str, Any]) -> None:
+    learner, _ = trained(small(name, **config))
+    observations = np.random.default_rng(0).normal(size=(2, 200, SIZE)).astype(np.float32)
+    greedy = [np.full((2, 200), GREEDY)] * len(learner.algorithm.levels)
+    options, actions = learner.algorithm.choose(observations, greedy)
+    for e, policy in enumerate(learner.policies()):
+        decided = policy.act(observations[e])
+        assert (decided.option == options[e]).mean() > 0.99
+        assert (decided.action == actions[e]).mean() > 0.98
+        for parameter, value in policy.parameters.items():
+            assert torch.equal(value[0], learner.stack.online[parameter][e])
 
 
 def test_progress_counts_every_episode_and_every_step() -> None:
     learner, reports = trained(small("ddqn"), steps=2_000)
     assert [report.env_steps for report in reports] == list(range(100, 2_001, 100))
     assert reports[-1].updates == learner.updates == (2_000 - 40) // 4
-    ended = (stored(learner, 2_000).discounts == 0).sum(-1).numpy()
+    ended = (stored(learner, 2_000).discounts[:, 0] == 0).sum(-1).numpy()
     counted = sum(report.outcome_counts for report in reports)
     assert isinstance(counted, np.ndarray)
     assert counted.shape == (2, len(Outcome))

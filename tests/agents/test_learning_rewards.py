@@ -9,7 +9,7 @@ from hhrl_agents.learning_rewards import discounts, level_rewards
 from hhrl_agents.methods import Method
 from hhrl_agents.replay import ACTION, OPTION
 from hhrl_envs import Outcome, Simulator, get_scenario
-from hhrl_envs.rewards import SUCCESS, TIME, TIMEOUT
+from hhrl_envs.rewards import COLLISION, NOT_STOP, SUCCESS, TIME, TIMEOUT, UNSAFE_FFV, UNSAFE_SSL, UNSMOOTH
 from support.driving import careful_actions
 
 MAIN = get_scenario("stop-line-v0")
@@ -68,3 +68,24 @@ def test_only_running_and_truncated_rows_bootstrap(simulator: Simulator) -> None
     for row, outcome in enumerate(simulator.outcomes):
         assert truncated[row] == (gamma if outcome in {Outcome.RUNNING, Outcome.TIMEOUT} else 0.0)
         assert terminal[row] == (gamma if outcome == Outcome.RUNNING else 0.0)
+
+
+def test_algorithm_2_blames_the_option_for_the_selected_sub_goal() -> None:
+    """r^option = sr + unsafe and failure of the selected one; r^action = sr + jerk + those of the other one."""
+    method = with_timeout("hybrid-hrl", "terminal")
+    method = replace(method, config=replace(method.config, credit="algorithm-2"))
+    played, rng, rows = Simulator(MAIN, ROWS), np.random.default_rng(1), np.arange(ROWS)
+    played.reset(rows)
+    seen = np.zeros(SUCCESS + 1, np.bool_)
+    for _ in range(250):
+        played.reset_done()
+        played.step(np.where(rows % 2, MAIN.num_actions - 1, careful_actions(played)))
+        options, terms = rng.integers(0, 2, ROWS), played.terms
+        rewards = level_rewards(method, played, options) / method.config.reward_scale
+        common = terms[:, [TIME, TIMEOUT, SUCCESS]].sum(axis=1)
+        faults = np.stack((terms[:, UNSAFE_SSL] + terms[:, NOT_STOP], terms[:, UNSAFE_FFV] + terms[:, COLLISION]))
+        np.testing.assert_allclose(rewards[:, OPTION], common + faults[options, rows], atol=1e-9)
+        expected = common + terms[:, UNSMOOTH] + faults[1 - options, rows]
+        np.testing.assert_allclose(rewards[:, ACTION], expected, atol=1e-9)
+        seen |= terms.any(axis=0)
+    assert seen[[UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP]].all()

@@ -12,19 +12,20 @@ from hhrl_envs import InputError
 
 def test_the_paper_s_table_of_switches() -> None:
     switches = {
-        name: (method.hybrid_reward, method.hierarchical_per, method.attention)
+        name: (method.hybrid_reward, method.replay, method.attention)
         for name, method in METHODS.items()
         if method.hierarchical
     }
     assert switches == {
-        "hrl-0": (False, False, False),
-        "hrl-1": (True, False, False),
-        "hrl-2": (True, True, False),
-        "hrl-3": (True, False, True),
-        "hybrid-hrl": (True, True, True),
+        "hrl-0": (False, "uniform", False),
+        "hrl-1": (True, "uniform", False),
+        "hrl-2": (True, "hierarchical", False),
+        "hrl-3": (True, "uniform", True),
+        "hybrid-hrl": (True, "hierarchical", True),
     }
     assert not METHODS["ddqn"].hierarchical
     assert {name for name, method in METHODS.items() if method.algorithm != "double-dqn"} == {"ppo"}
+    assert METHODS["ddqn"].replay == "uniform"
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -40,8 +41,10 @@ def test_the_config_hash_follows_every_value_but_the_id() -> None:
         replace(method, attention=False),
         replace(method, config=replace(method.config, gamma=0.9)),
         replace(method, config=replace(method.config, hidden=(64,))),
+        replace(method, replay="prioritised"),
+        replace(method, config=replace(method.config, attended="linear")),
     ]
-    assert len({method.config_hash, *(other.config_hash for other in others)}) == 4
+    assert len({method.config_hash, *(other.config_hash for other in others)}) == 6
     assert replace(method, id="other").config_hash == method.config_hash
 
 
@@ -59,6 +62,12 @@ def test_the_config_hash_follows_every_value_but_the_id() -> None:
         ("priority_floor", 0.0),
         ("timeout", "maybe"),
         ("priority", "none"),
+        ("attended", "both"),
+        ("credit", "algorithm-3"),
+        ("target_rate", 0.0),
+        ("target_rate", 1.1),
+        ("target_interval", 0),
+        ("n_steps", 0),
         ("warmup", 1),
         ("replay_capacity", 10),
         ("exploration_hold", 0),
@@ -70,18 +79,48 @@ def test_a_bad_value_is_named_in_one_line(name: str, value: Any) -> None:
     assert "\n" not in str(error.value)
 
 
-def test_a_flat_method_has_no_switches() -> None:
+@pytest.mark.parametrize("switch", [{"attention": True}, {"hybrid_reward": True}, {"replay": "hierarchical"}])
+def test_a_flat_method_has_no_switches(switch: dict[str, Any]) -> None:
     with pytest.raises(InputError, match="hierarchical=True"):
-        Method("flat", attention=True)
+        Method("flat", **switch)
+
+
+def test_a_flat_method_may_have_plain_prioritised_replay() -> None:
+    assert Method("flat", replay="prioritised").replay == "prioritised"
+
+
+def test_an_unknown_replay_is_refused() -> None:
+    with pytest.raises(InputError, match="write uniform, prioritised or hierarchical"):
+        Method.from_data("other", {**METHODS["hybrid-hrl"].data(), "replay": "random"})
+
+
+def test_the_warmup_lasts_until_the_first_joined_steps_are_stored() -> None:
+    assert DoubleDQNConfig(n_envs=32, n_steps=3, warmup=96).n_steps == 3
+    with pytest.raises(InputError, match=r"at least n_steps x n_envs \(96\)"):
+        DoubleDQNConfig(n_envs=32, n_steps=3, warmup=95)
+
+
+@pytest.mark.parametrize(
+    "reading",
+    [
+        {"timeout": "terminal"},
+        {"priority": "shift"},
+        {"attended": "linear"},
+        {"credit": "algorithm-2"},
+        {"target_interval": 1, "target_rate": 1.0},
+    ],
+)
+def test_the_literal_readings_are_settings(reading: dict[str, Any]) -> None:
+    method = replace(METHODS["hybrid-hrl"], config=DoubleDQNConfig(**reading))
+    assert Method.from_data("literal", json.loads(json.dumps(method.data()))).config == method.config
+    assert method.config_hash != METHODS["hybrid-hrl"].config_hash
 
 
 def test_an_algorithm_has_its_own_config_and_only_double_dqn_a_hierarchy() -> None:
-    with pytest.raises(InputError, match=r"config is .*; write PPOConfig\(...\)"):
-        Method("ppo", algorithm="ppo")
-    with pytest.raises(InputError, match="algorithm='double-dqn'"):
+    with pytest.raises(InputError, match=r"config of method 'ppo' is 3; write one of: DoubleDQNConfig, PPOConfig"):
+        Method("ppo", config=3)
+    with pytest.raises(InputError, match="give it a DoubleDQNConfig"):
         replace(METHODS["ppo"], hierarchical=True)
-    with pytest.raises(InputError, match=r"algorithm is 'sarsa'; write one of: double-dqn, ppo"):
-        replace(METHODS["ppo"], algorithm="sarsa")  # type: ignore[arg-type]
 
 
 def test_unknown_entries_are_refused() -> None:
@@ -92,3 +131,13 @@ def test_unknown_entries_are_refused() -> None:
         Method.from_data("ddqn", {**data, "config": {**data["config"], "unknown": 1}})
     with pytest.raises(InputError, match="config"):
         Method.from_data("ddqn", {})
+
+
+@pytest.mark.parametrize("name", ["target_rate", "attended", "n_steps"])
+def test_missing_entries_are_refused(name: str) -> None:
+    data = METHODS["ddqn"].data()
+    config = {key: value for key, value in data["config"].items() if key != name}
+    with pytest.raises(InputError, match=f"missing {name}"):
+        Method.from_data("ddqn", {**data, "config": config})
+    with pytest.raises(InputError, match="missing replay"):
+        Method.from_data("ddqn", {key: value for key, value in data.items() if key != "replay"})

@@ -1,15 +1,16 @@
 import numpy as np
+import pytest
 import torch
 
-from hhrl_agents.networks import MLP, mlp_shapes
+from hhrl_agents.mlp import mlp_shapes
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.seeding import Purpose, generators
 
-SHAPES = mlp_shapes(11, 8, 3)
+SHAPES = {f"{level}.{name}": shape for level in ("option", "action") for name, shape in mlp_shapes(11, 8, 3).items()}
 
 
 def stack_of(*seeds: int) -> ParameterStack:
-    return ParameterStack(SHAPES, generators(seeds, Purpose.INITIALISATION))
+    return ParameterStack(SHAPES, generators(seeds, Purpose.INITIALISATION), torch.device("cpu"))
 
 
 def test_a_seed_starts_the_same_whoever_is_stacked_with_it() -> None:
@@ -26,57 +27,55 @@ def test_weights_start_within_their_bound_and_biases_at_zero() -> None:
         assert largest == 0.0 if name.endswith("bias") else 0.5 < largest * np.sqrt(fan_in) <= 1.0
 
 
+def test_views_are_the_flat_memory_in_the_order_of_the_shapes() -> None:
+    stack = stack_of(0, 1)
+    for flat, views in ((stack.flat, stack.online), (stack.gradient, stack.gradients)):
+        flat.copy_(torch.arange(flat.numel()).view_as(flat))
+        assert list(views) == list(SHAPES)
+        for e in range(2):
+            joined = torch.cat([view[e].flatten() for view in views.values()])
+            assert torch.equal(joined, flat[e])
+        assert all(view.shape == (2, *SHAPES[name]) for name, view in views.items())
+
+
 def test_online_and_flat_are_the_same_memory_and_the_target_is_not() -> None:
     stack = stack_of(0, 1)
     before = {name: value.clone() for name, value in stack.both.items()}
-    with torch.no_grad():
-        stack.flat.add_(1.0)
+    stack.flat.add_(1.0)
     for name, value in before.items():
         assert torch.equal(stack.online[name], stack.both[name][:2])
         assert torch.equal(stack.both[name][:2], value[:2] + 1.0)
         assert torch.equal(stack.both[name][2:], value[2:])
-    stack.copy_to_target()
+    stack.move_target(1.0)
     for name in before:
         assert torch.equal(stack.both[name][2:], stack.online[name])
 
 
-def losses_of(stack: ParameterStack, inputs: torch.Tensor) -> torch.Tensor:
-    return MLP(stack.online)(inputs).square().sum((1, 2))
+def test_a_target_moves_by_its_rate() -> None:
+    stack = stack_of(0, 1)
+    stack.flat.add_(1.0)
+    expected = 0.9 * stack.flat_target + 0.1 * stack.flat
+    stack.move_target(0.1)
+    np.testing.assert_allclose(stack.flat_target, expected, rtol=1e-6, atol=1e-7)
+    assert (stack.flat - stack.flat_target).mean().item() == pytest.approx(0.9, rel=1e-5)
 
 
-def test_gradients_are_those_of_each_seed_alone() -> None:
-    inputs = torch.from_numpy(np.random.default_rng(0).normal(size=(2, 5, 11)).astype(np.float32))
-    stacked = stack_of(3, 6)
-    stacked.set_gradients(losses_of(stacked, inputs), max_norm=1e9)
-    for e, seed in enumerate((3, 6)):
-        alone = stack_of(seed)
-        parts = torch.autograd.grad(losses_of(alone, inputs[e : e + 1]).sum(), list(alone.online.values()))
-        flat = torch.cat([part.flatten() for part in parts])
-        assert stacked.flat.grad is not None
-        np.testing.assert_allclose(stacked.flat.grad[e], flat, rtol=1e-4, atol=1e-6)
-
-
-def test_each_seed_s_gradient_is_clipped_by_itself() -> None:
-    inputs = torch.from_numpy(np.random.default_rng(0).normal(size=(2, 5, 11)).astype(np.float32))
-    inputs[1] *= 100.0
-    free, clipped = stack_of(3, 6), stack_of(3, 6)
-    free.set_gradients(losses_of(free, inputs), max_norm=1e9)
-    assert free.flat.grad is not None
-    norms = free.flat.grad.norm(dim=1)
-    bound = 2.0 * norms[0].item()
-    assert norms[1] > bound
-    clipped.set_gradients(losses_of(clipped, inputs), max_norm=bound)
-    assert clipped.flat.grad is not None
-    assert torch.equal(clipped.flat.grad[0], free.flat.grad[0])
-    np.testing.assert_allclose(clipped.flat.grad[1].norm(), bound, rtol=1e-4)
-    np.testing.assert_allclose(clipped.flat.grad[1] / bound, free.flat.grad[1] / norms[1], rtol=1e-3, atol=1e-6)
+def test_a_part_holds_the_parameters_of_its_name_and_no_others() -> None:
+    stack = stack_of(0, 1)
+    option, action = stack.part("option."), stack.part("action.")
+    assert (option.start, option.stop, action.stop) == (0, action.start, stack.flat.shape[1])
+    stack.flat[:, action] = 7.0
+    for name, value in stack.online.items():
+        assert (value == 7.0).all() == name.startswith("action.")
 
 
 def test_a_snapshot_keeps_what_was() -> None:
     stack = stack_of(3, 6)
     taken = stack.snapshot(1)
-    before = stack.online["0.weight"][1].clone()
-    with torch.no_grad():
-        stack.flat.add_(1.0)
-    assert torch.equal(taken["0.weight"], before[None])
-    assert all(value.is_contiguous() and not value.requires_grad for value in taken.values())
+    before = {name: value[1:].clone() for name, value in stack.online.items()}
+    stack.flat.add_(1.0)
+    assert taken.keys() == SHAPES.keys()
+    for name, value in taken.items():
+        assert torch.equal(value, before[name])
+        assert value.is_contiguous()
+        assert value.untyped_storage().nbytes() == value.nbytes

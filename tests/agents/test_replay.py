@@ -4,6 +4,8 @@ import torch
 from hhrl_agents.replay import Batch, ReplayBuffer, Transitions
 from hhrl_envs.observation import SIZE
 
+CPU = torch.device("cpu")
+
 
 def step(rng: np.random.Generator, seeds: int, n: int) -> Transitions:
     return Transitions(
@@ -19,17 +21,18 @@ def step(rng: np.random.Generator, seeds: int, n: int) -> Transitions:
 def assert_is(batch: Batch, k: int, steps: list[Transitions], seed: int, when: int, env: int) -> None:
     """Column k of the batch is what `env` of `seed` did in step `when`."""
     then = steps[when]
-    np.testing.assert_array_equal(batch.observations[seed, k], then.observations[seed, env])
-    np.testing.assert_array_equal(batch.next_observations[seed, k], then.next_observations[seed, env])
-    np.testing.assert_allclose(batch.rewards[:, seed, k], then.rewards[seed, env], rtol=1e-6)
-    np.testing.assert_allclose(batch.discounts[seed, k], then.discounts[seed, env], rtol=1e-6)
-    assert batch.options[seed, k] == then.options[seed, env]
-    assert batch.actions[seed, k] == then.actions[seed, env]
+    np.testing.assert_array_equal(batch.observations[seed, :, k], then.observations[seed, env])
+    np.testing.assert_array_equal(batch.next_observations[seed, :, k], then.next_observations[seed, env])
+    rewards = (batch.option_rewards[seed, 0, k], batch.action_rewards[seed, 0, k])
+    np.testing.assert_allclose(rewards, then.rewards[seed, env], rtol=1e-6)
+    np.testing.assert_allclose(batch.discounts[seed, 0, k], then.discounts[seed, env], rtol=1e-6)
+    assert batch.options[seed, 0, k] == then.options[seed, env]
+    assert batch.actions[seed, 0, k] == then.actions[seed, env]
 
 
 def test_what_is_stored_comes_back_and_the_oldest_goes_first() -> None:
     rng, seeds, n = np.random.default_rng(0), 3, 4
-    buffer = ReplayBuffer(seeds, n, capacity=22)
+    buffer = ReplayBuffer(seeds, n, 22, SIZE, CPU)
     assert buffer.capacity == 20
     steps, where = [], []
     for when in range(8):
@@ -47,7 +50,7 @@ def test_what_is_stored_comes_back_and_the_oldest_goes_first() -> None:
 
 def test_each_seed_gathers_its_own_indices() -> None:
     rng = np.random.default_rng(1)
-    buffer, only = ReplayBuffer(2, 4, capacity=4), step(rng, 2, 4)
+    buffer, only = ReplayBuffer(2, 4, 4, SIZE, CPU), step(rng, 2, 4)
     buffer.add(only)
     batch = buffer.gather(np.array([[0, 3], [2, 2]]))
     for seed, k, env in ((0, 0, 0), (0, 1, 3), (1, 0, 2), (1, 1, 2)):
@@ -56,9 +59,18 @@ def test_each_seed_gathers_its_own_indices() -> None:
 
 def test_a_batch_is_a_copy() -> None:
     rng = np.random.default_rng(2)
-    buffer = ReplayBuffer(1, 4, capacity=4)
+    buffer = ReplayBuffer(1, 4, 4, SIZE, CPU)
     buffer.add(step(rng, 1, 4))
     batch = buffer.gather(np.array([[0, 1]]))
-    before = batch.observations.clone()
+    before = [part.clone() for part in batch]
     buffer.add(step(rng, 1, 4))
-    assert torch.equal(batch.observations, before)
+    assert all(torch.equal(part, kept) for part, kept in zip(batch, before, strict=True))
+
+
+def test_columns_have_their_features_first() -> None:
+    buffer = ReplayBuffer(2, 4, 4, SIZE, CPU)
+    buffer.add(step(np.random.default_rng(3), 2, 4))
+    batch = buffer.gather(np.array([[0, 3, 1], [2, 2, 0]]))
+    assert [part.shape[1] for part in batch] == [SIZE, 1, 1, 1, 1, 1, SIZE]
+    assert all((part.shape[0], part.shape[2]) == (2, 3) for part in batch)
+    assert (batch.options.dtype, batch.actions.dtype) == (torch.int64, torch.int64)

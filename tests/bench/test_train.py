@@ -80,7 +80,7 @@ def test_ppo_is_trained_and_evaluated_by_the_same_commands(tmp_path: Path) -> No
     trained = invoke("train", "ppo", "--seeds", "0", "--env-steps", "640", "--out", str(folder))
     assert trained.exit_code == 0, trained.stderr
     evaluated = invoke("evaluate", str(folder), "--episodes", "25", "--json")
-    record = EvaluationRecord.model_validate_json(evaluated.stdout).result.runs[0].training
+    record = EvaluationRecord.model_validate_json(evaluated.stdout).results[0].runs[0].training
     assert record is not None
     assert (record.method, record.env_steps) == ("ppo", 640)
 
