@@ -13,7 +13,8 @@ import numpy as np
 from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.files import write_atomically
 from hhrl_agents.learned import LearnedAgent
-from hhrl_agents.learners import Learner, Progress
+from hhrl_agents.learners import Progress
+from hhrl_agents.training import make_learner
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import play
 from hhrl_bench.metrics import finite, means
@@ -93,7 +94,7 @@ def train(plan: Plan) -> Iterator[Report]:
     runs = [SeedRun(seed) for seed in plan.seeds]
     scenario, method = get_scenario(plan.task.scenario), METHODS[plan.method]
     with one_torch_thread():
-        learner = Learner(method, scenario, plan.seeds, _world_seeds(plan, method.config.n_envs))
+        learner = make_learner(method, scenario, plan.seeds, _world_seeds(plan, method.config.n_envs))
         for progress in learner.train(plan.env_steps):
             yield _report(plan, directory, runs, progress, learner.policies())
         _save(plan, directory, runs, learner.policies())

@@ -4,8 +4,10 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from types import MappingProxyType
 from typing import Any, Literal
 
+from hhrl_agents.pqn_config import PQNConfig
 from hhrl_envs.errors import InputError, require_value
 
 _READINGS = {
@@ -106,9 +108,13 @@ class LearnerConfig:
         require_value(holds, name, repr(getattr(self, name)), allowed)
 
 
+CONFIGS: Mapping[str, type] = MappingProxyType({"double-dqn": LearnerConfig, "pqn": PQNConfig})
+"""The class of each algorithm's hyperparameters."""
+
+
 @dataclass(frozen=True)
 class Method:
-    """A learning method: flat Double DQN, or the hierarchical learner with the paper's three switches.
+    """A learning method: a flat algorithm, or the hierarchical Double DQN with the paper's three switches.
 
     Attributes:
         id: the name that the command line and the leaderboard use.
@@ -116,7 +122,8 @@ class Method:
         hybrid_reward: r^option and r^action at their levels instead of r^task at both.
         replay: how mini-batches are drawn: "uniform", "prioritised" by all levels' errors together, or "hierarchical".
         attention: the attention I(s, o) before the action network.
-        config: every hyperparameter.
+        algorithm: what learns; all but Double DQN are flat.
+        config: every hyperparameter, of the class `CONFIGS[algorithm]`.
     """
 
     id: str
@@ -124,10 +131,16 @@ class Method:
     hybrid_reward: bool = False
     replay: Literal["uniform", "prioritised", "hierarchical"] = "uniform"
     attention: bool = False
-    config: LearnerConfig = field(default_factory=LearnerConfig)
+    algorithm: Literal["double-dqn", "pqn"] = "double-dqn"
+    config: Any = field(default_factory=LearnerConfig)
 
     def __post_init__(self) -> None:
-        """Reject switches that a flat method does not have."""
+        """Reject what the algorithm does not have, and switches that a flat method does not have."""
+        require_value(self.algorithm in CONFIGS, "algorithm", repr(self.algorithm), f"one of: {', '.join(CONFIGS)}")
+        config = CONFIGS[self.algorithm]
+        require_value(type(self.config) is config, "config", repr(self.config), f"{config.__name__}(...)")
+        if self.hierarchical and self.algorithm != "double-dqn":
+            raise InputError(f"method {self.id!r} is hierarchical; write algorithm='double-dqn' to learn a hierarchy")
         if self.replay not in {"uniform", "prioritised", "hierarchical"}:
             raise InputError(
                 f"method {self.id!r} has replay {self.replay!r}; write uniform, prioritised or hierarchical"
@@ -141,9 +154,11 @@ class Method:
         return hashlib.sha256(json.dumps(self.data(), sort_keys=True, allow_nan=False).encode()).hexdigest()
 
     def data(self) -> dict[str, Any]:
-        """Return the method without its id as JSON data."""
+        """Return the method without its id as JSON data; Double DQN, the first algorithm, goes without saying."""
         data = asdict(self)
         del data["id"]
+        if self.algorithm == "double-dqn":
+            del data["algorithm"]
         data["config"]["hidden"] = list(self.config.hidden)
         return data
 
@@ -156,7 +171,8 @@ class Method:
         """
         try:
             config = {**data["config"], "hidden": tuple(data["config"]["hidden"])}
-            method = cls(method_id, **{**data, "config": LearnerConfig(**config)})
+            kind = CONFIGS[data.get("algorithm", "double-dqn")]
+            method = cls(method_id, **{**data, "config": kind(**config)})
         except (KeyError, TypeError) as error:
             raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error
         return method

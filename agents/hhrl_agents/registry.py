@@ -5,6 +5,7 @@ from types import MappingProxyType
 
 from hhrl_agents.base import HierarchicalAgent
 from hhrl_agents.methods import Method
+from hhrl_agents.pqn_config import PQNConfig
 from hhrl_agents.rule_plus import RulePlus
 from hhrl_agents.rules import PAPER_RULES
 from hhrl_envs import Scenario
@@ -14,6 +15,7 @@ RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType(
 
 _ALL = (
     Method("ddqn"),
+    Method("pqn", algorithm="pqn", config=PQNConfig()),
     Method("hrl-0", hierarchical=True),
     Method("hrl-1", hierarchical=True, hybrid_reward=True),
     Method("hrl-2", hierarchical=True, hybrid_reward=True, replay="hierarchical"),
@@ -22,4 +24,4 @@ _ALL = (
 )
 
 METHODS: Mapping[str, Method] = MappingProxyType({method.id: method for method in _ALL})
-"""Every learning method by its id: flat Double DQN and the rows of the paper's table of HRL-based policies."""
+"""Every learning method by its id: flat controls, and the rows of the paper's table of HRL-based policies."""

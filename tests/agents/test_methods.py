@@ -23,6 +23,7 @@ def test_the_paper_s_table_of_switches() -> None:
         "hybrid-hrl": (True, True, True),
     }
     assert not METHODS["ddqn"].hierarchical
+    assert {name for name, method in METHODS.items() if method.algorithm != "double-dqn"} == {"pqn"}
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -71,6 +72,15 @@ def test_a_bad_value_is_named_in_one_line(name: str, value: Any) -> None:
 def test_a_flat_method_has_no_switches() -> None:
     with pytest.raises(InputError, match="hierarchical=True"):
         Method("flat", attention=True)
+
+
+def test_an_algorithm_has_its_own_config_and_only_double_dqn_a_hierarchy() -> None:
+    with pytest.raises(InputError, match=r"config is .*; write PQNConfig\(...\)"):
+        Method("pqn", algorithm="pqn")
+    with pytest.raises(InputError, match="algorithm='double-dqn'"):
+        replace(METHODS["pqn"], hierarchical=True)
+    with pytest.raises(InputError, match=r"algorithm is 'sarsa'; write one of: double-dqn, pqn"):
+        replace(METHODS["pqn"], algorithm="sarsa")  # type: ignore[arg-type]
 
 
 def test_unknown_entries_are_refused() -> None:

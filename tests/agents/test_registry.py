@@ -6,7 +6,7 @@ import pytest
 
 from hhrl_agents import METHODS, RULES, Agent, HierarchicalAgent
 from hhrl_agents.learned import HierarchicalLearnedAgent
-from hhrl_agents.learners import Learner
+from hhrl_agents.training import make_learner
 from hhrl_envs import SCENARIOS, Scenario, Simulator, get_scenario
 
 NAMES = [*RULES, *METHODS]
@@ -19,7 +19,7 @@ def agent_of(name: str, scenario: Scenario) -> Agent:
         return RULES[name](scenario)
     method = METHODS[name]
     worlds = np.arange(method.config.n_envs, dtype=np.uint64)[None]
-    return Learner(method, scenario, [0], worlds).policies()[0]
+    return make_learner(method, scenario, [0], worlds).policies()[0]
 
 
 def observations_of(

@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch")
 
 from hhrl_agents.files import OutputError  # noqa: E402
 from hhrl_agents.learned import LearnedAgent  # noqa: E402
-from hhrl_agents.learners import Learner  # noqa: E402
+from hhrl_agents.training import make_learner  # noqa: E402
 from hhrl_bench import train as training  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
 from hhrl_bench.evaluation import play as really_play  # noqa: E402
@@ -101,16 +101,15 @@ def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
 def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     learned, validated = [], []
 
-    class Watched(Learner):
-        def __init__(self, *arguments: Any) -> None:
-            learned.append(arguments[-1])
-            super().__init__(*arguments)
+    def watched(*arguments: Any) -> Any:
+        learned.append(arguments[-1])
+        return make_learner(*arguments)
 
     def play(agent: LearnedAgent, scenario: Scenario, seeds: np.ndarray[Any, Any], **kwargs: Any) -> Any:
         validated.append(seeds)
         return really_play(agent, scenario, seeds, **kwargs)
 
-    monkeypatch.setattr(training, "Learner", Watched)
+    monkeypatch.setattr(training, "make_learner", watched)
     monkeypatch.setattr(training, "play", play)
     list(training.train(plan(tmp_path)))
     (worlds,) = learned
