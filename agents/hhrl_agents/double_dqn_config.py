@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from hhrl_agents.network_config import NetworkConfig
+from hhrl_agents.learner_config import LearnerConfig
 
 _READINGS = {
-    "timeout": ("truncation", "terminal"),
     "priority": ("clip", "shift"),
     "attended": ("state", "linear"),
     "credit": ("equations", "algorithm-2"),
@@ -14,11 +13,10 @@ _READINGS = {
 
 
 @dataclass(frozen=True)
-class DoubleDQNConfig(NetworkConfig):
-    """Every hyperparameter of a learner; one seed's counts, whatever is stacked beside it.
+class DoubleDQNConfig(LearnerConfig):
+    """The hyperparameters of Double DQN, beside those of every learner.
 
     Attributes:
-        n_envs: environments stepped together.
         steps_per_update: environment steps for each gradient step.
         batch_size: transitions for each level's gradient step.
         replay_capacity: transitions kept.
@@ -32,24 +30,17 @@ class DoubleDQNConfig(NetworkConfig):
         advantage_learning: alpha of advantage learning (Bellemare et al., 2016), which takes the share alpha of
             max Q'(s) - Q'(s, a) off every target, Q' the target network: choices that a step of 0.1 s hardly tells
             apart differ more in value, and keep their order.
-        jerk_weight: what the task's penalty for unsmoothness counts for in learning; 1 is the task's reward.
         learning_rate, final_learning_rate: Adam's, changed linearly over the training budget.
         max_gradient_norm: bound of each network's gradient, for each seed by itself.
-        gamma: discount of one step.
-        reward_scale: what rewards are multiplied with before learning.
         exploration_share: share of the budget over which epsilon falls from 1 to `final_epsilon`.
         final_epsilon: share of steps with a random option, and of steps with a random action, after that.
         exploration_hold: steps for which a random choice is held at most (1: plain epsilon-greedy).
-        timeout: "truncation" bootstraps through the time limit and leaves the timeout penalty out of the target;
-            "terminal" is the paper's literal reading.
         priority: p^a of the hierarchical prioritised replay. "clip" is max(|delta_a| - |delta_o|, 0) of scaled errors,
             "shift" the paper's literal |delta_a| - |delta_o| minus its minimum over the batch.
         priority_floor: what is added to every priority, in units of a level's typical error, so that none is forgotten.
         priority_exponent, importance_exponent: alpha and beta of Algorithm 3.
-        report_every: environment steps between two progress reports.
     """
 
-    n_envs: int = 32
     steps_per_update: int = 4
     batch_size: int = 64
     replay_capacity: int = 100_000
@@ -60,41 +51,24 @@ class DoubleDQNConfig(NetworkConfig):
     credit: Literal["equations", "algorithm-2"] = "equations"
     n_steps: int = 1
     advantage_learning: float = 0.0
-    jerk_weight: float = 1.0
     learning_rate: float = 1e-3
     final_learning_rate: float = 5e-5
     max_gradient_norm: float = 5.0
-    gamma: float = 0.99
-    reward_scale: float = 0.05
     exploration_share: float = 0.3
     final_epsilon: float = 0.02
     exploration_hold: int = 20
-    timeout: Literal["truncation", "terminal"] = "truncation"
     priority: Literal["clip", "shift"] = "clip"
     priority_floor: float = 0.3
     priority_exponent: float = 0.6
     importance_exponent: float = 0.4
-    report_every: int = 10_000
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         super().__post_init__()
-        counts = (
-            "n_envs",
-            "steps_per_update",
-            "batch_size",
-            "target_interval",
-            "exploration_hold",
-            "report_every",
-            "n_steps",
-        )
-        for name in counts:
-            self._require(name, getattr(self, name) >= 1, "a whole number, at least 1")
-        positive = ("learning_rate", "final_learning_rate", "max_gradient_norm", "reward_scale", "priority_floor")
-        for name in (*positive, "exploration_share"):
-            self._require(name, getattr(self, name) > 0, "a number above 0")
-        for name in ("gamma", "final_epsilon", "priority_exponent", "importance_exponent", "jerk_weight"):
-            self._require(name, 0 <= getattr(self, name) <= 1, "a number in [0, 1]")
+        self._require_counts("steps_per_update", "batch_size", "target_interval", "n_steps", "exploration_hold")
+        self._require_positive("learning_rate", "final_learning_rate", "max_gradient_norm", "exploration_share")
+        self._require_positive("priority_floor")
+        self._require_shares("final_epsilon", "priority_exponent", "importance_exponent")
         first = self.n_steps * self.n_envs
         self._require("warmup", self.warmup >= first, f"at least n_steps x n_envs ({first})")
         self._require("replay_capacity", self.replay_capacity >= self.warmup, f"at least warmup ({self.warmup})")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hhrl_agents.ppo_config import PPOConfig
 from hhrl_envs import Outcome, Scenario
 from hhrl_envs.gym_env import StopLineEnv
-from hhrl_envs.rewards import TIMEOUT
+from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
 
 Observation = NDArray[np.float32]
 
@@ -36,8 +36,10 @@ class LearningView(gymnasium.Wrapper[Observation, Any, Observation, Any]):
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Return observation, scaled r^task, terminated, truncated and the outcome after one step."""
         observation, reward, terminated, truncated, info = self._view.step(action)
+        terms = self._view.parallel.simulator.terms[0]
+        reward -= (1.0 - self._config.jerk_weight) * float(terms[UNSMOOTH])
         if truncated and self._config.timeout == "truncation":
-            reward -= float(self._view.parallel.simulator.terms[0, TIMEOUT])
+            reward -= float(terms[TIMEOUT])
         elif truncated:
             terminated, truncated = True, False
         outcome = {"outcome": info.get("outcome", Outcome.RUNNING)}

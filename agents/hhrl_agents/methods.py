@@ -9,9 +9,10 @@ from typing import Any, Literal
 
 from hhrl_agents.double_dqn_config import DoubleDQNConfig
 from hhrl_agents.ppo_config import PPOConfig
+from hhrl_agents.pqn_config import PQNConfig
 from hhrl_envs.errors import InputError, require_value
 
-CONFIGS: Mapping[str, Any] = MappingProxyType({"double-dqn": DoubleDQNConfig, "ppo": PPOConfig})
+CONFIGS: Mapping[str, Any] = MappingProxyType({"double-dqn": DoubleDQNConfig, "pqn": PQNConfig, "ppo": PPOConfig})
 """The class of each algorithm's hyperparameters."""
 
 

@@ -6,6 +6,7 @@ from types import MappingProxyType
 from hhrl_agents.base import HierarchicalAgent
 from hhrl_agents.methods import Method
 from hhrl_agents.ppo_config import PPOConfig
+from hhrl_agents.pqn_config import PQNConfig
 from hhrl_agents.rule_plus import RulePlus
 from hhrl_agents.rules import PAPER_RULES
 from hhrl_envs import Scenario
@@ -15,6 +16,7 @@ RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType(
 
 _ALL = (
     Method("ddqn"),
+    Method("pqn", config=PQNConfig()),
     Method("ppo", config=PPOConfig()),
     Method("hrl-0", hierarchical=True),
     Method("hrl-1", hierarchical=True, hybrid_reward=True),

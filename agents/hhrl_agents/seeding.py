@@ -14,6 +14,7 @@ class Purpose(IntEnum):
     INITIALISATION = 0
     EXPLORATION = 1
     REPLAY = 2
+    SHUFFLING = 3
 
 
 def generators(seeds: Sequence[int], purpose: Purpose) -> list[np.random.Generator]:

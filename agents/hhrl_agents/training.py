@@ -9,6 +9,7 @@ import numpy.typing as npt
 from hhrl_agents.learned import LearnedAgent
 from hhrl_agents.learners import Learner, Progress
 from hhrl_agents.methods import Method
+from hhrl_agents.pqn import PQNLearner
 from hhrl_envs import Scenario
 from hhrl_envs.extras import require
 
@@ -39,4 +40,5 @@ def make_learner(
         from hhrl_agents.ppo import PPOLearner  # noqa: PLC0415
 
         return PPOLearner(method, scenario, seeds, world_seeds)
-    return Learner(method, scenario, seeds, world_seeds)
+    kind = PQNLearner if method.algorithm == "pqn" else Learner
+    return kind(method, scenario, seeds, world_seeds)

@@ -24,7 +24,7 @@ def test_the_paper_s_table_of_switches() -> None:
         "hybrid-hrl": (True, "hierarchical", True),
     }
     assert not METHODS["ddqn"].hierarchical
-    assert {name for name, method in METHODS.items() if method.algorithm != "double-dqn"} == {"ppo"}
+    assert {name for name, method in METHODS.items() if method.algorithm != "double-dqn"} == {"ppo", "pqn"}
     assert METHODS["ddqn"].replay == "uniform"
 
 
@@ -117,7 +117,9 @@ def test_the_literal_readings_are_settings(reading: dict[str, Any]) -> None:
 
 
 def test_an_algorithm_has_its_own_config_and_only_double_dqn_a_hierarchy() -> None:
-    with pytest.raises(InputError, match=r"config of method 'ppo' is 3; write one of: DoubleDQNConfig, PPOConfig"):
+    with pytest.raises(
+        InputError, match=r"config of method 'ppo' is 3; write one of: DoubleDQNConfig, PQNConfig, PPOConfig"
+    ):
         Method("ppo", config=3)
     with pytest.raises(InputError, match="give it a DoubleDQNConfig"):
         replace(METHODS["ppo"], hierarchical=True)

@@ -1,0 +1,190 @@
+"""PQN, the parallelised Q-network: Q-learning without replay and without a target network, for E stacked seeds.
+
+Gallici et al. (2024), "Simplifying Deep Temporal Difference Learning": many environments take a short rollout, its
+Q(lambda) returns are computed once, some epochs of shuffled mini-batches regress the values on them, and the rollout
+is forgotten. Layer normalisation is what keeps this stable.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+
+from hhrl_agents.adam import Adam
+from hhrl_agents.algorithms import LevelErrors
+from hhrl_agents.base import BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.exploration import GREEDY, Explorer
+from hhrl_agents.lambda_returns import lambda_returns
+from hhrl_agents.learned import LearnedAgent, describe, make_agent
+from hhrl_agents.learners import Progress, linear
+from hhrl_agents.learning_rewards import discounts, level_rewards
+from hhrl_agents.memory import Traces
+from hhrl_agents.methods import Method
+from hhrl_agents.mlp import MLP
+from hhrl_agents.networks import method_shapes, subset
+from hhrl_agents.parameters import ParameterStack
+from hhrl_agents.replay import ACTION
+from hhrl_agents.seeding import Purpose, generators
+from hhrl_envs import Outcome, Scenario, Simulator
+from hhrl_envs.errors import InputError
+
+
+class Step(NamedTuple):
+    """One step of every environment, [E, n, ...]: s, a, r, what discounts V(s'), s' before any reset, and its end."""
+
+    observations: Float32Array
+    actions: IntArray
+    rewards: FloatArray
+    discounts: FloatArray
+    next_observations: Float32Array
+    ended: BoolArray
+
+
+class Targets(NamedTuple):
+    """A rollout to learn from, as K columns a seed: states [E, 11, K], actions int64 and returns, [E, 1, K] each."""
+
+    states: Tensor
+    actions: Tensor
+    returns: Tensor
+
+    def pick(self, columns: Tensor) -> "Targets":
+        """Return these columns of each seed, int64 [E, 1, M]."""
+        states = self.states.gather(2, columns.expand(-1, self.states.shape[1], -1))
+        return Targets(states, self.actions.gather(2, columns), self.returns.gather(2, columns))
+
+
+class PQNLearner:
+    """Trains E independent seeds of PQN, stacked into shared tensors; see `hhrl_agents.learners.Learner`."""
+
+    def __init__(
+        self,
+        method: Method,
+        scenario: Scenario,
+        seeds: Sequence[int],
+        world_seeds: npt.NDArray[np.uint64],
+        device: str = "cpu",
+    ) -> None:
+        config = method.config
+        if np.shape(world_seeds) != (len(seeds), config.n_envs):
+            raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {(len(seeds), config.n_envs)}")
+        self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
+        self.env_steps = self.updates = 0
+        self._device = torch.device(device)
+        shapes = method_shapes(method, scenario.num_actions)
+        self.stack = ParameterStack(shapes, generators(seeds, Purpose.INITIALISATION), self._device)
+        self._network = MLP(subset(self.stack.online, "action."), layer_norm=config.layer_norm)
+        self._gradients = subset(self.stack.gradients, "action.")
+        self._optimiser = Adam(self.stack.flat, [self.stack.part("action.")], config.max_gradient_norm)
+        self._shufflers = generators(seeds, Purpose.SHUFFLING)
+        choices, streams = np.arange(scenario.num_actions), generators(seeds, Purpose.EXPLORATION)
+        self._explorer = Explorer(streams, config.n_envs, choices, config.exploration_hold)
+        self._simulator = Simulator(scenario, len(seeds) * config.n_envs)
+        self._simulator.reset(world_seeds.reshape(-1))
+        self._memory = Traces(config.memory)
+        self._memory.begin(np.ones(self._simulator.num_rows, np.bool_))
+        self._features = self._observe(None)
+        self._clear_meters()
+
+    def train(self, env_steps: int) -> Iterator[Progress]:
+        """Yield a report about every `report_every` environment steps and at the end, while training for `env_steps`.
+
+        The schedules of exploration and learning rate span these `env_steps`, which are each seed's, rounded up to
+        whole rollouts of its `n_envs` environments.
+        """
+        config = self.method.config
+        for done in range(0, env_steps, config.rollout_size):
+            share = done / env_steps
+            epsilon = linear(1.0, config.final_epsilon, share / config.exploration_share)
+            targets = self._targets([self._interact(epsilon) for _ in range(config.rollout_steps)])
+            learning_rate = linear(config.learning_rate, config.final_learning_rate, share)
+            for _ in range(config.epochs):
+                for columns in self._shuffled():
+                    self._update(targets.pick(columns), learning_rate)
+            last = done + config.rollout_size >= env_steps
+            if last or self.env_steps % config.report_every < config.rollout_size:
+                yield self._report()
+
+    def policies(self) -> list[LearnedAgent]:
+        """Return each seed's greedy policy as it is now, E agents that later training does not change."""
+        return [self._policy(index, seed) for index, seed in enumerate(self.seeds)]
+
+    def _interact(self, epsilon: float) -> Step:
+        """Step every environment once and return what happened."""
+        simulator, shape = self._simulator, (len(self.seeds), self.method.config.n_envs)
+        observations = self._features
+        tried = self._explorer.draw(epsilon)
+        greedy = self._network(self._columns(observations[None])).max(1).indices.cpu().numpy()
+        actions = np.where(tried == GREEDY, greedy, tried)
+        simulator.step(actions.reshape(-1))
+        ended = simulator.outcomes != Outcome.RUNNING
+        step = Step(
+            observations,
+            actions,
+            level_rewards(self.method, simulator, actions.reshape(-1))[:, ACTION].reshape(shape),
+            discounts(self.method, simulator).reshape(shape),
+            self._observe(None),
+            ended.reshape(shape),
+        )
+        self._count_outcomes()
+        simulator.reset_done()
+        self._memory.begin(ended)
+        self._features = self._observe(ended)
+        self.env_steps += shape[1]
+        return step
+
+    def _observe(self, rows: BoolArray | None) -> Float32Array:
+        """Return what the network reads, [E, n_envs, features], of all rows, after memory has seen the new `rows`."""
+        features = self._memory.observe(self._simulator.observations, rows)
+        return features.reshape(len(self.seeds), self.method.config.n_envs, -1)
+
+    def _targets(self, steps: Sequence[Step]) -> Targets:
+        """Return the rollout's states and actions with their Q(lambda) returns by the network as it is now."""
+        rollout = Step(*(np.stack(parts) for parts in zip(*steps, strict=True)))
+        best = self._network(self._columns(rollout.next_observations)).amax(1).cpu().double().numpy()
+        values = best.reshape(len(self.seeds), len(steps), -1).swapaxes(0, 1)
+        decay = self.method.config.trace_decay
+        returns = lambda_returns(rollout.rewards, rollout.discounts, values, rollout.ended, decay)
+        states, actions = self._columns(rollout.observations), self._columns(rollout.actions[..., None])
+        return Targets(states, actions, self._columns(returns.astype(np.float32)[..., None]))
+
+    def _shuffled(self) -> Sequence[Tensor]:
+        """Return every column of a rollout once, each seed's in an order of its own, as mini-batches [E, 1, M]."""
+        size = self.method.config.rollout_size
+        orders = np.stack([shuffler.permutation(size) for shuffler in self._shufflers])
+        return torch.from_numpy(orders).to(self._device).unsqueeze(1).chunk(self.method.config.minibatches, dim=2)
+
+    def _update(self, batch: Targets, learning_rate: float) -> None:
+        """Take one gradient step of every seed down the mean squared error of its mini-batch."""
+        values, trace = self._network.trace(batch.states)
+        errors = batch.returns - values.gather(1, batch.actions)
+        level = LevelErrors(errors, batch.actions, values, self._network, trace, self._gradients)
+        self._losses += level.backward(slice(None), torch.ones_like(errors))
+        self._optimiser.step(self.stack.gradient, learning_rate)
+        self.updates += 1
+
+    def _columns(self, rollout: npt.NDArray[np.generic]) -> Tensor:
+        """Return [E, F, T n] for [T, E, n, F]."""
+        by_feature = np.moveaxis(rollout, (1, 3), (0, 1))
+        return torch.from_numpy(by_feature.reshape(*by_feature.shape[:2], -1)).to(self._device)
+
+    def _policy(self, index: int, seed: int) -> LearnedAgent:
+        metadata = describe(self.method, self.scenario, seed, self.env_steps)
+        return make_agent(self.method, self.scenario, self.stack.snapshot(index), metadata)
+
+    def _count_outcomes(self) -> None:
+        rows = np.flatnonzero(self._simulator.outcomes != Outcome.RUNNING)
+        np.add.at(self._outcome_counts, (rows // self.method.config.n_envs, self._simulator.outcomes[rows]), 1)
+
+    def _report(self) -> Progress:
+        losses = {"action": self._losses / (self.updates - self._reported_updates)}
+        report = Progress(self.env_steps, self.updates, losses, self._outcome_counts)
+        self._clear_meters()
+        return report
+
+    def _clear_meters(self) -> None:
+        self._reported_updates = self.updates
+        self._losses = np.zeros(len(self.seeds))
+        self._outcome_counts = np.zeros((len(self.seeds), len(Outcome)), np.int64)
