@@ -60,7 +60,7 @@ class RunDirectory:
         if path.exists() and path.read_text(encoding="utf-8", errors="replace") != text:
             raise OutputError(f"{self.folder} holds a run of another configuration; name another folder with --out")
         self._require_no_other_training(seeds, resume=resume)
-        trained = [seed for seed in seeds if self._ended(seed)]
+        trained = [seed for seed in seeds if self._ended(seed) or self.best(seed).exists()]
         if trained and not self.state(seeds).exists():
             raise OutputError(f"{self.folder} holds seed {trained[0]} already; name another folder with --out")
         self._remove_fragments(seeds)
@@ -77,7 +77,7 @@ class RunDirectory:
         self.best(seed).unlink(missing_ok=True)
 
     def _ended(self, seed: int) -> bool:
-        return self.final(seed).exists() or self.failed(seed).exists() or self.best(seed).exists()
+        return self.final(seed).exists() or self.failed(seed).exists()
 
     def _require_no_other_training(self, seeds: Sequence[int], *, resume: bool) -> None:
         prefix, suffix = STATE_NAME.split("{}")

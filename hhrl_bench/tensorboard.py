@@ -25,13 +25,13 @@ class EventFiles:
         """Return nothing; write one report of a seed: losses, outcome rates in training, validation metrics."""
         writer = self._writers[seed]
         for tag, value in scalars(row).items():
-            writer.add_scalar(tag, value, row["env_steps"])  # type: ignore[no-untyped-call]
-        writer.flush()  # type: ignore[no-untyped-call]
+            writer.add_scalar(tag, value, row["env_steps"])
+        writer.flush()
 
     def close(self) -> None:
         """Return nothing; close all files."""
         for writer in self._writers.values():
-            writer.close()  # type: ignore[no-untyped-call]
+            writer.close()
 
 
 def scalars(row: Row) -> dict[str, float]:
@@ -52,4 +52,4 @@ def scalars(row: Row) -> dict[str, float]:
 
 
 def _writer(folder: Path) -> SummaryWriter:
-    return SummaryWriter(str(folder), purge_step=0)  # type: ignore[no-untyped-call]
+    return SummaryWriter(str(folder), purge_step=0)

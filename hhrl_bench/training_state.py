@@ -89,7 +89,7 @@ class StateFile:
         return arrays, header
 
     def _refusal(self, why: str) -> OutputError:
-        return OutputError(f"cannot resume: {self._path} {why}; remove it to start again, or name another folder")
+        return OutputError(f"cannot resume: {self._path} {why}; train in another folder with --out")
 
 
 def _checksum(arrays: State, header: str) -> str:

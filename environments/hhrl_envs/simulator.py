@@ -217,11 +217,8 @@ class Simulator:
     def state(self) -> State:
         """Return all that the next steps depend on; see ``restore``."""
         self._require_reset()
-        results = {"observations": self.raw_observations, "results": self.raw_results}
-        return {
-            **{name: array.copy() for name, array in (self._arrays() | results).items()},
-            "ended": count(self._ended),
-        }
+        arrays = self._arrays(self.raw_observations, self.raw_results)
+        return {**{name: array.copy() for name, array in arrays.items()}, "ended": count(self._ended)}
 
     def restore(self, state: State) -> None:
         """Go on, bit for bit, where a simulator of the same scenario and size has been at ``state``.
@@ -230,13 +227,14 @@ class Simulator:
             InputError: if it is the state of something else.
         """
         observations, results = self._observations.take(), self._results.take()
-        for name, array in (self._arrays() | {"observations": observations, "results": results}).items():
+        for name, array in self._arrays(observations, results).items():
             array[...] = read(state, name, array)
         self.raw_observations, self.raw_results = observations, results
         self._ended, self._ready = read_count(state, "ended"), True
 
-    def _arrays(self) -> State:
-        return {"numbers": self._numbers, "keys": self._keys, "history": self._history}
+    def _arrays(self, observations: Floats32, results: Floats) -> State:
+        own = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
+        return {**own, "observations": observations, "results": results}
 
     def _vehicles(self, row: int) -> Floats:
         self._require_reset()
