@@ -9,6 +9,7 @@ from torch import Tensor
 
 from hhrl_agents.adam import Adam
 from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN
+from hhrl_agents.base import FloatArray, IntArray
 from hhrl_agents.divergence import beyond_bound
 from hhrl_agents.exploration import Explorer
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
@@ -64,6 +65,7 @@ class Learner:
         self._explorers = self._make_explorers()
         self._simulator = Simulator(scenario, len(seeds) * config.n_envs)
         self._simulator.reset(world_seeds.reshape(-1))
+        self._values: dict[str, Tensor] = {}
         self._clear_meters()
 
     def train(self, env_steps: int) -> Iterator[Progress]:
@@ -193,9 +195,9 @@ class Learner:
 
     def _clear_meters(self) -> None:
         self._reported_updates = self.updates
-        self._values: dict[str, Tensor] = {}
-        self._losses = np.zeros((len(self.algorithm.levels), len(self.seeds)))
-        self._outcome_counts = np.zeros((len(self.seeds), len(Outcome)), np.int64)
+        self._values = {}
+        self._losses: FloatArray = np.zeros((len(self.algorithm.levels), len(self.seeds)))
+        self._outcome_counts: IntArray = np.zeros((len(self.seeds), len(Outcome)), np.int64)
 
 
 def linear(start: float, end: float, share: float) -> float:

@@ -1,5 +1,6 @@
 """Event files, read back with TensorBoard's own reader."""
 
+import importlib.util
 import json
 import time
 from collections.abc import Iterator
@@ -64,7 +65,7 @@ def test_a_row_s_numbers_have_tags_and_missing_ones_none() -> None:
 
 
 def test_without_the_extra_one_line_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = extras.find_spec
+    found = importlib.util.find_spec
     monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "tensorboard" else found(name))
     said = invoke("train", "ddqn", "--out", str(tmp_path / "run"), "--tensorboard")
     assert said.exit_code == 2

@@ -18,7 +18,8 @@ from hhrl_bench import train as training  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
 from hhrl_bench.evaluation import play as really_play  # noqa: E402
 from hhrl_bench.loading import load_agents  # noqa: E402
-from hhrl_bench.records import EvaluationRecord  # noqa: E402
+from hhrl_bench.records import EvaluationRecord
+from hhrl_bench.seed_run import SeedRun  # noqa: E402
 from hhrl_bench.tasks import get_task  # noqa: E402
 from hhrl_envs import Scenario, get_scenario  # noqa: E402
 from support.command_line import invoke  # noqa: E402
@@ -139,7 +140,7 @@ def test_a_seeds_worlds_do_not_depend_on_what_it_is_stacked_with(tmp_path: Path)
 def test_the_best_policy_has_more_successes_then_fewer_collisions_then_more_reward(
     reports: Sequence[tuple[float, float, float]], best: int
 ) -> None:
-    seed_run = training.SeedRun(0)
+    seed_run = SeedRun(0)
     for success, collision, reward in reports:
         row = {"validation": {"success": success, "collision": collision, "return_task": reward}}
         assert seed_run.add(row) == (seed_run.best == len(seed_run.curve) - 1)

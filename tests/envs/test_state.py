@@ -36,7 +36,7 @@ def test_another_simulator_goes_on_to_the_same_bits(scenario: str, fronts: int) 
 def test_the_state_of_another_simulator_is_refused() -> None:
     small, large = (Simulator("stop-line-v0", rows) for rows in (ROWS, 300))
     small.reset(np.arange(ROWS))
-    with pytest.raises(InputError, match="the state holds float64 .* as 'numbers'; it must be float64"):
+    with pytest.raises(InputError, match=r"the state holds float64 .* as 'numbers'; it must be float64"):
         large.restore(small.state())
     with pytest.raises(InputError, match="call reset"):
         large.state()

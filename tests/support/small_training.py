@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,7 +15,7 @@ from hhrl_bench.tasks import get_task
 
 TASK = get_task("stop-line-v0")
 STEPS = 600
-CONFIG = {
+CONFIG: dict[str, Any] = {
     "hidden": (8,),
     "n_envs": 4,
     "batch_size": 8,
