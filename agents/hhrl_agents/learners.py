@@ -108,8 +108,8 @@ class Learner:
         scatter(self._parts(), state)
         for name in _COUNTS:
             setattr(self, name, read_count(state, name))
-        self._losses = read(state, "losses", self._losses).copy()
-        self._outcome_counts = read(state, "outcomes", self._outcome_counts).copy()
+        self._losses[:] = read(state, "losses", self._losses)
+        self._outcome_counts[:] = read(state, "outcomes", self._outcome_counts)
 
     def _parts(self) -> dict[str, Stateful]:
         explorers = {f"explorer-{index}": explorer for index, explorer in enumerate(self._explorers)}

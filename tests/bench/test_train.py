@@ -18,7 +18,7 @@ from hhrl_bench import train as training  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
 from hhrl_bench.evaluation import play as really_play  # noqa: E402
 from hhrl_bench.loading import load_agents  # noqa: E402
-from hhrl_bench.records import EvaluationRecord
+from hhrl_bench.records import EvaluationRecord  # noqa: E402
 from hhrl_bench.seed_run import SeedRun  # noqa: E402
 from hhrl_bench.tasks import get_task  # noqa: E402
 from hhrl_envs import Scenario, get_scenario  # noqa: E402
