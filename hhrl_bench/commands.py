@@ -1,10 +1,11 @@
 """What the commands of the command line do: results on stdout, progress on stderr."""
 
 import json
+import math
 import os
 import shlex
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -21,7 +22,8 @@ from hhrl_bench.players import OPTIONS
 from hhrl_bench.progress import progress
 from hhrl_bench.records import LeaderboardRecord, OptionName
 from hhrl_bench.results import TimedResult, evaluate_agent, evaluation_record, task_record
-from hhrl_bench.seeds import parse_seeds
+from hhrl_bench.run_directory import RunDirectory, failed_seeds
+from hhrl_bench.seeds import MAX_TRAINING_SEED, parse_seeds
 from hhrl_bench.suite import get_suite, units
 from hhrl_bench.table import print_results
 from hhrl_bench.tasks import Task, get_task, get_world
@@ -42,19 +44,37 @@ def list_registered(what: str | None, *, as_json: bool) -> None:
             _print_rows(rows(), title=name)
 
 
-def train(method: str, task: str, seeds: str, env_steps: int | None, out: Path | None) -> None:
-    """Return nothing; train, validate and save; the run directory's name goes to stdout."""
+def train(
+    method: str, task: str, seeds: str, env_steps: int | None, out: Path | None, *, resume: bool, tensorboard: bool
+) -> bool:
+    """Return whether no seed failed; train, validate and save; the run directory's name goes to stdout."""
     require("torch", "torch")
     from hhrl_bench import train as training  # noqa: PLC0415
 
     chosen = get_task(task)
     folder = out or Path("runs") / method / chosen.id
     plan = training.Plan(method, chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder)
-    with progress(f"{method}, seeds {seeds}") as update:
-        for report in training.train(plan):
-            rates = " ".join(f"{rate:.0%}" for rate in report.success)
-            update(report.env_steps, plan.env_steps, f"validation success {rates}")
+    if resume and RunDirectory(folder).finished(plan.seeds):
+        typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
+    try:
+        with progress(f"{method}, seeds {seeds}") as update:
+            for report in training.train(plan, resume=resume, tensorboard=tensorboard):
+                rates = " ".join("failed" if math.isnan(rate) else f"{rate:.0%}" for rate in report.success)
+                update(report.env_steps, plan.env_steps, f"validation success {rates}")
+    except KeyboardInterrupt:
+        typer.echo("hhrl-bench: the same command with --resume goes on from the last saved state", err=True)
+        raise
     typer.echo(str(folder))
+    return not _say_failed(folder, plan.seeds)
+
+
+def _say_failed(folder: Path, seeds: Collection[int]) -> bool:
+    """Return whether one of the seeds has failed; say which."""
+    failed = [seed for seed in failed_seeds(folder) if seed in seeds]
+    if failed:
+        names = ", ".join(str(seed) for seed in failed)
+        typer.echo(f"hhrl-bench: seeds that failed: {names}; see {folder}/seed-{failed[0]}.failed.json", err=True)
+    return bool(failed)
 
 
 def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None, *, as_json: bool) -> None:
@@ -151,6 +171,7 @@ def _evaluate_timed(agent: str, task: Task, episodes: int, option: OptionName | 
     started = time.perf_counter()
     with progress(f"{agent} on {task.id}") as update:
         result = evaluate_agent(agent, task, episodes, option, update)
+    _say_failed(Path(agent), range(MAX_TRAINING_SEED + 1))
     return TimedResult(result, time.perf_counter() - started)
 
 

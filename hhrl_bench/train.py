@@ -1,29 +1,35 @@
 """Training: a learner's reports, each seed's policy validated at every report, the best one kept."""
 
-import math
 import shlex
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
+from math import nan
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.files import write_atomically
 from hhrl_agents.learned import LearnedAgent
-from hhrl_agents.learners import Progress
+from hhrl_agents.progress import Progress
 from hhrl_agents.training import make_learner
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import play
 from hhrl_bench.metrics import finite, means
 from hhrl_bench.provenance import provenance
 from hhrl_bench.run_directory import RunDirectory
+from hhrl_bench.seed_run import Row, SeedRun, find_fault
 from hhrl_bench.seeds import UInt64Array, format_seeds
 from hhrl_bench.tasks import Task
 from hhrl_bench.threads import one_torch_thread
+from hhrl_bench.training_state import StateFile, TrainingState
 from hhrl_envs import Outcome, get_scenario
+from hhrl_envs.extras import require
+
+if TYPE_CHECKING:
+    from hhrl_bench.tensorboard import EventFiles
 
 VALIDATION_EPISODES = 256
 
@@ -65,43 +71,120 @@ class Plan:
 
 
 class Report(NamedTuple):
-    """How far a training is: env steps done, and each seed's validation success rate."""
+    """How far a training is: env steps done, and each seed's validation success rate, NaN where it has failed."""
 
     env_steps: int
     success: tuple[float, ...]
 
 
-@dataclass
-class SeedRun:
-    """One seed of a training: its learning curve, and its best policy so far."""
-
-    seed: int
-    curve: list[dict[str, Any]] = field(default_factory=list)
-    score: tuple[float, ...] = (-math.inf,)
-    best: LearnedAgent | None = None
-    best_row: Mapping[str, Any] = field(default_factory=dict)
-
-
-def train(plan: Plan) -> Iterator[Report]:
+def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Iterator[Report]:
     """Return, one after the other, the reports of a training; at its end the run directory holds the checkpoints.
 
+    resume: go on with a training that was stopped, to the same bits as without the stop; a finished one has no more
+    reports. tensorboard: write event files too.
+
     Raises:
-        OutputError: before training begins, if the run directory cannot be written or holds other runs.
+        OutputError: before training begins, if the run directory cannot be written, holds other runs, or a state that
+            cannot be resumed.
     """
-    started = time.perf_counter()
     directory = RunDirectory(plan.folder)
-    directory.prepare(plan.config(), plan.seeds)
-    runs = [SeedRun(seed) for seed in plan.seeds]
-    scenario, method = get_scenario(plan.task.scenario), METHODS[plan.method]
+    if tensorboard:
+        require("tensorboard", "tensorboard")
+    if resume and directory.finished(plan.seeds):
+        return
+    directory.prepare(plan.config(), plan.seeds, resume=resume)
     with one_torch_thread():
-        learner = make_learner(method, scenario, plan.seeds, _world_seeds(plan, method.config.n_envs))
-        for progress in learner.train(plan.env_steps):
-            yield _report(plan, directory, runs, progress, learner.policies())
-        _save(plan, directory, runs, learner.policies())
-    elapsed = time.perf_counter() - started
-    record = provenance(plan.command, {f"{plan.task.id}/{plan.method}": elapsed})
-    path = directory.folder / f"provenance-seeds-{format_seeds(plan.seeds)}.json"
-    write_atomically(path, record.model_dump_json(indent=2) + "\n")
+        yield from _Training(plan, directory).run(tensorboard=tensorboard)
+
+
+class _Training:
+    """A training under way: the learner, and what its reports have come to."""
+
+    def __init__(self, plan: Plan, directory: RunDirectory) -> None:
+        method = METHODS[plan.method]
+        self._plan, self._directory = plan, directory
+        self._scenario = get_scenario(plan.task.scenario)
+        worlds = _world_seeds(plan, method.config.n_envs)
+        self._learner = make_learner(method, self._scenario, plan.seeds, worlds)
+        self._runs = [SeedRun(seed) for seed in plan.seeds]
+        self._state_path = directory.state(plan.seeds)
+        self._file = StateFile(self._state_path, plan.config())
+        self._started = time.perf_counter()
+        self._events: EventFiles | None = None
+
+    def run(self, *, tensorboard: bool) -> Iterator[Report]:
+        if self._state_path.exists():
+            self._resume()
+        self._file.save_if_due(self._state)
+        if tensorboard:
+            from hhrl_bench.tensorboard import EventFiles  # noqa: PLC0415
+
+            self._events = EventFiles(self._directory.folder, self._runs)
+        for progress in self._learner.train(self._plan.env_steps):
+            self._report(progress)
+            self._file.save_if_due(self._state)
+            yield Report(progress.env_steps, tuple(map(_success, self._runs)))
+            if all(run.failed for run in self._runs):
+                break
+        self._finish()
+
+    def _resume(self) -> None:
+        saved = self._file.load(self._plan.seeds)
+        self._started -= saved.seconds
+        if not saved.learner:
+            return
+        try:
+            self._learner.restore(saved.learner)
+        except (KeyError, TypeError, ValueError) as error:
+            raise self._file.refuse_learner(error) from error
+        self._runs = saved.runs
+
+    def _state(self) -> TrainingState:
+        return TrainingState(self._learner.state() or {}, self._runs, time.perf_counter() - self._started)
+
+    def _report(self, progress: Progress) -> None:
+        for index, (run, policy) in enumerate(zip(self._runs, self._learner.policies(), strict=True)):
+            if run.failed:
+                continue
+            losses = {level: float(losses[index]) for level, losses in progress.losses.items()}
+            finite_parameters = all(bool(value.isfinite().all()) for value in policy.parameters.values())
+            fault = find_fault(losses, finite_parameters, progress.updates > run.updates)
+            fault = fault or progress.diverged.get(index)
+            row = _row(progress, index, losses)
+            if fault:
+                run.fail({**row, "validation": None, "failed": fault})
+                self._directory.write_failure(run.seed, run.failure())
+            else:
+                self._keep(run, {**row, "validation": self._validate(policy)}, policy)
+            self._directory.write_curve(run.seed, run.curve)
+            if self._events:
+                self._events.add(run.seed, run.curve[-1])
+
+    def _validate(self, policy: LearnedAgent) -> dict[str, float | None]:
+        seeds = self._plan.task.validation.take(VALIDATION_EPISODES)
+        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES)))
+
+    def _keep(self, run: SeedRun, row: Row, policy: LearnedAgent) -> None:
+        if run.add(row):
+            self._save(self._directory.best(run.seed), policy, row)
+
+    def _save(self, path: Path, policy: LearnedAgent, row: Row) -> None:
+        plan = self._plan
+        metadata = {"command": plan.command, "budget": plan.env_steps, "validation": row["validation"]}
+        checkpoints.save(path, policy, metadata)
+
+    def _finish(self) -> None:
+        """Write the provenance and the last checkpoints; the state goes last, so that a kill loses nothing."""
+        plan, elapsed = self._plan, time.perf_counter() - self._started
+        record = provenance(plan.command, {f"{plan.task.id}/{plan.method}": elapsed})
+        path = self._directory.folder / f"provenance-seeds-{format_seeds(plan.seeds)}.json"
+        write_atomically(path, record.model_dump_json(indent=2) + "\n")
+        for run, policy in zip(self._runs, self._learner.policies(), strict=True):
+            if not run.failed:
+                self._save(self._directory.final(run.seed), policy, run.curve[-1])
+        if self._events:
+            self._events.close()
+        self._state_path.unlink()
 
 
 def _world_seeds(plan: Plan, n_envs: int) -> UInt64Array:
@@ -109,39 +192,15 @@ def _world_seeds(plan: Plan, n_envs: int) -> UInt64Array:
     return np.stack([plan.task.train.take(n_envs, offset=seed * n_envs) for seed in plan.seeds])
 
 
-def _report(
-    plan: Plan, directory: RunDirectory, runs: list[SeedRun], progress: Progress, policies: list[LearnedAgent]
-) -> Report:
-    scenario, seeds = get_scenario(plan.task.scenario), plan.task.validation.take(VALIDATION_EPISODES)
-    for index, (run, policy) in enumerate(zip(runs, policies, strict=True)):
-        counts = progress.outcome_counts[index]
-        row = {
-            "env_steps": progress.env_steps,
-            "updates": progress.updates,
-            "losses": finite({level: float(losses[index]) for level, losses in progress.losses.items()}),
-            "episodes": {outcome.name.lower(): int(counts[outcome]) for outcome in Outcome if counts[outcome]},
-            "validation": finite(means(play(policy, scenario, seeds, rows=VALIDATION_EPISODES))),
-        }
-        _keep(run, row, policy)
-        directory.write_curve(run.seed, run.curve)
-    return Report(progress.env_steps, tuple(run.curve[-1]["validation"]["success"] for run in runs))
+def _row(progress: Progress, index: int, losses: Mapping[str, float]) -> dict[str, Any]:
+    counts = progress.outcome_counts[index]
+    return {
+        "env_steps": progress.env_steps,
+        "updates": progress.updates,
+        "losses": finite(losses),
+        "episodes": {outcome.name.lower(): int(counts[outcome]) for outcome in Outcome if counts[outcome]},
+    }
 
 
-def _keep(run: SeedRun, row: dict[str, Any], policy: LearnedAgent) -> None:
-    """Add a report to a seed's curve; its policy is the best on more successes, then fewer collisions, then reward."""
-    run.curve.append(row)
-    validation = row["validation"]
-    score = (validation["success"], -validation["collision"], validation["return_task"])
-    if score > run.score:
-        run.score, run.best, run.best_row = score, policy, row
-
-
-def _save(plan: Plan, directory: RunDirectory, runs: list[SeedRun], last: list[LearnedAgent]) -> None:
-    for run, policy in zip(runs, last, strict=True):
-        best = run.best or policy
-        for path, agent, row in (
-            (directory.best(run.seed), best, run.best_row),
-            (directory.final(run.seed), policy, run.curve[-1]),
-        ):
-            metadata = {"command": plan.command, "budget": plan.env_steps, "validation": row["validation"]}
-            checkpoints.save(path, agent, metadata)
+def _success(run: SeedRun) -> float:
+    return nan if run.failed else float(run.curve[-1]["validation"]["success"])

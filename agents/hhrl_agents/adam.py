@@ -6,6 +6,8 @@ import torch
 from torch import Tensor
 from torch.nn.functional import hardshrink
 
+from hhrl_envs.state import State, count, read, read_count
+
 BETAS = (0.9, 0.999)
 EPSILON = 1e-8
 TINY = 1e-30
@@ -21,8 +23,20 @@ class Adam:
         self._parts, self._max_norm = parts, max_norm
         self.mean = torch.zeros_like(parameters)
         self.variance = torch.zeros_like(parameters)
+        self._averages = {"mean": self.mean, "variance": self.variance}
         self._spread = torch.empty_like(parameters)
         self.steps = 0
+
+    def state(self) -> State:
+        """Return both averages and the number of steps; see `hhrl_agents.saving.Stateful`."""
+        averages = {name: average.cpu().numpy().copy() for name, average in self._averages.items()}
+        return {**averages, "steps": count(self.steps)}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        for name, average in self._averages.items():
+            average.copy_(torch.from_numpy(read(state, name, average.cpu().numpy())))
+        self.steps = read_count(state, "steps")
 
     def step(self, gradient: Tensor, learning_rate: float) -> None:
         """Return nothing; move the parameters down the gradient [E, P], which is clipped in place.

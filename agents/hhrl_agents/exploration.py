@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from hhrl_agents.base import IntArray
-from hhrl_agents.seeding import uniforms
+from hhrl_agents.seeding import restore_streams, save_streams, uniforms
+from hhrl_envs.state import State, read
 
 GREEDY = -1
 """What `Explorer.draw` returns where the greedy choice is to be made."""
@@ -35,6 +36,16 @@ class Explorer:
         tried = np.where(self._left > 0, self._tried, GREEDY)
         self._left = np.maximum(self._left - 1, 0)
         return tried
+
+    def state(self) -> State:
+        """Return the generators and what is being held for how long; see `hhrl_agents.saving.Stateful`."""
+        return {**save_streams(self._streams), "tried": self._tried.copy(), "left": self._left.copy()}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        restore_streams(self._streams, state)
+        self._tried = read(state, "tried", self._tried).copy()
+        self._left = read(state, "left", self._left).copy()
 
     def _rate(self, epsilon: float) -> float:
         """Return the chance to start a trial at a free step that makes trials a share `epsilon` of all steps."""

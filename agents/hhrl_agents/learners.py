@@ -1,15 +1,16 @@
 """The learner: act, store, learn, repeat; for every method, and for E stacked seeds at once."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import torch
+from torch import Tensor
 
 from hhrl_agents.adam import Adam
 from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN
 from hhrl_agents.base import BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.divergence import beyond_bound
 from hhrl_agents.exploration import Explorer
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
 from hhrl_agents.learning_rewards import discounts, level_rewards
@@ -18,34 +19,21 @@ from hhrl_agents.methods import Method
 from hhrl_agents.multistep import MultiStep
 from hhrl_agents.networks import method_shapes
 from hhrl_agents.parameters import ParameterStack
+from hhrl_agents.progress import Progress
 from hhrl_agents.replay import ReplayBuffer, Transitions
 from hhrl_agents.sampling import make_sampler
+from hhrl_agents.saving import Stateful, gather, scatter
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.errors import InputError
+from hhrl_envs.state import State, count, read, read_count
 
+_COUNTS = ("env_steps", "updates", "_reported_updates")
 ALGORITHMS: dict[bool, type[DoubleDQN] | type[HierarchicalDoubleDQN]] = {False: DoubleDQN, True: HierarchicalDoubleDQN}
 
 
-@dataclass(frozen=True)
-class Progress:
-    """What happened in training since the last report, all counts for each seed.
-
-    Attributes:
-        env_steps: environment steps so far.
-        updates: gradient steps so far.
-        losses: level -> mean loss since the last report, float64 [E]; not a number without a gradient step.
-        outcome_counts: training episodes that ended since the last report, int64 [E, 6], by `hhrl_envs.Outcome`.
-    """
-
-    env_steps: int
-    updates: int
-    losses: dict[str, FloatArray]
-    outcome_counts: IntArray
-
-
 class Learner:
-    """Trains E independent seeds of one method, stacked into shared tensors; see `Learner.train`.
+    """Trains E independent seeds of one method, stacked into shared tensors; a `TrainableStack`.
 
     method: what to train; scenario: the world to train in; seeds: one for each of the E learners, of all of its random
     draws; world_seeds: uint64 [E, n_envs], the worlds of its environments. A seed's draws do not depend on the others.
@@ -81,16 +69,17 @@ class Learner:
         self._memory = Traces(config.memory)
         self._memory.begin(np.ones(self._simulator.num_rows, np.bool_))
         self._features = self._observe(None)
+        self._values: dict[str, Tensor] = {}
         self._clear_meters()
 
     def train(self, env_steps: int) -> Iterator[Progress]:
-        """Yield a report every `report_every` environment steps and at the end, while training for `env_steps`.
+        """Yield a report every `report_every` environment steps and at the end, until `env_steps` are done.
 
-        The schedules of exploration and learning rate span these `env_steps`, which are each seed's, rounded up to
-        whole steps of its `n_envs` environments.
+        After `restore` it goes on from the steps done before. The schedules of exploration and learning rate span these
+        `env_steps`, which are each seed's, rounded up to whole steps of its `n_envs` environments.
         """
         config = self.method.config
-        for done in range(0, env_steps, config.n_envs):
+        for done in range(self.env_steps, env_steps, config.n_envs):
             share = done / env_steps
             self._interact(linear(1.0, config.final_epsilon, share / config.exploration_share))
             learning_rate = linear(config.learning_rate, config.final_learning_rate, share)
@@ -103,6 +92,42 @@ class Learner:
     def policies(self) -> list[LearnedAgent]:
         """Return each seed's greedy policy as it is now, E agents that later training does not change."""
         return [self._policy(index, seed) for index, seed in enumerate(self.seeds)]
+
+    def state(self) -> State:
+        """Return all that the training depends on, as it is at a report; see `TrainableStack.state`."""
+        counts = {name: count(getattr(self, name)) for name in _COUNTS}
+        return {
+            **gather(self._parts()),
+            **counts,
+            "losses": self._losses.copy(),
+            "outcomes": self._outcome_counts.copy(),
+        }
+
+    def restore(self, state: State) -> None:
+        """Return nothing; go on where a learner made with the same arguments has been; see `TrainableStack.restore`.
+
+        Raises:
+            InputError: if it is the state of another learner.
+        """
+        scatter(self._parts(), state)
+        for name in _COUNTS:
+            setattr(self, name, read_count(state, name))
+        self._losses[:] = read(state, "losses", self._losses)
+        self._outcome_counts[:] = read(state, "outcomes", self._outcome_counts)
+        self._features = self._observe(np.zeros(self._simulator.num_rows, np.bool_))
+
+    def _parts(self) -> dict[str, Stateful]:
+        explorers = {f"explorer-{index}": explorer for index, explorer in enumerate(self._explorers)}
+        return {
+            "parameters": self.stack,
+            "optimiser": self._optimiser,
+            "replay": self._replay,
+            "sampler": self._sampler,
+            "multistep": self._multistep,
+            "simulator": self._simulator,
+            "memory": self._memory,
+            **explorers,
+        }
 
     def _interact(self, epsilon: float) -> None:
         """Step every environment once and store what happened."""
@@ -137,6 +162,7 @@ class Learner:
         config = self.method.config
         return bool(self.updates * config.steps_per_update < self.env_steps - config.warmup)
 
+    @np.errstate(all="ignore")  # a seed that has diverged goes on beside the others
     def _update(self, learning_rate: float) -> None:
         """Take one gradient step at every level of every seed."""
         config = self.method.config
@@ -147,6 +173,7 @@ class Learner:
         self._optimiser.step(self.stack.gradient, learning_rate)
         errors = np.stack([level.errors[:, 0].abs().cpu().numpy() for level in levels])
         self._sampler.update(draw.indices, errors.astype(np.float64))
+        self._values = {name: level.values for name, level in zip(self.algorithm.levels, levels, strict=True)}
         self.updates += 1
         if self.updates % config.target_interval == 0:
             self.stack.move_target(config.target_rate)
@@ -167,14 +194,24 @@ class Learner:
         with np.errstate(invalid="ignore"):
             means = self._losses / (self.updates - self._reported_updates)
         losses = dict(zip(self.algorithm.levels, means, strict=True))
-        report = Progress(self.env_steps, self.updates, losses, self._outcome_counts)
+        report = Progress(self.env_steps, self.updates, losses, self._outcome_counts, self._diverged())
         self._clear_meters()
         return report
 
+    def _diverged(self) -> dict[int, str]:
+        """Return the seeds whose values in the last mini-batch cannot be; max |r| is a collision's, or one stored."""
+        if not self._values:
+            return {}
+        reward, config = self.scenario.reward, self.method.config
+        usual = config.reward_scale * max(reward.sigma_3, reward.sigma_4)
+        largest, alpha = np.maximum(self._replay.largest_reward(), usual), config.advantage_learning
+        return beyond_bound(self._values, largest * (1.0 + alpha) / (1.0 - alpha), config.gamma)
+
     def _clear_meters(self) -> None:
         self._reported_updates = self.updates
-        self._losses = np.zeros((len(self.algorithm.levels), len(self.seeds)))
-        self._outcome_counts = np.zeros((len(self.seeds), len(Outcome)), np.int64)
+        self._values = {}
+        self._losses: FloatArray = np.zeros((len(self.algorithm.levels), len(self.seeds)))
+        self._outcome_counts: IntArray = np.zeros((len(self.seeds), len(Outcome)), np.int64)
 
 
 def linear(start: float, end: float, share: float) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 
 from hhrl_agents.base import BoolArray, Float32Array
 from hhrl_envs.observation import SIZE
+from hhrl_envs.state import State, read
 
 
 class Traces:
@@ -19,6 +20,15 @@ class Traces:
         self._rates = np.array(rates, np.float32)[:, None]
         self._fresh = np.ones(0, np.bool_)
         self._traces = np.zeros((0, len(rates), SIZE), np.float32)
+
+    def state(self) -> State:
+        """Return the traces and which rows are yet to begin one; see `hhrl_agents.saving.Stateful`."""
+        return {"traces": self._traces.copy(), "fresh": self._fresh.copy()}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        self._traces = read(state, "traces", self._traces).copy()
+        self._fresh = read(state, "fresh", self._fresh).copy()
 
     def begin(self, mask: BoolArray) -> None:
         """Return nothing; forget the rows of `mask`, bool [B], and all rows if their number is another one."""

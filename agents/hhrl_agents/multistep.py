@@ -6,6 +6,8 @@ import numpy as np
 
 from hhrl_agents.base import BoolArray
 from hhrl_agents.replay import Transitions
+from hhrl_agents.saving import below, prefixed
+from hhrl_envs.state import State, count, read_count
 
 
 class MultiStep:
@@ -32,6 +34,22 @@ class MultiStep:
             joined = _followed_by(joined, later, ~done)
             done = done | later_ended
         return joined
+
+    def state(self) -> State:
+        """Return the steps that wait to be joined, oldest first; see `hhrl_agents.saving.Stateful`."""
+        steps = {
+            str(index): {name: array.copy() for name, array in (*step._asdict().items(), ("ended", ended))}
+            for index, (step, ended) in enumerate(self._window)
+        }
+        return {**prefixed(steps), "length": count(len(self._window))}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        self._window.clear()
+        for index in range(read_count(state, "length")):
+            arrays = dict(below(state, str(index)))
+            ended = arrays.pop("ended")
+            self._window.append((Transitions(**arrays), ended))
 
 
 def _followed_by(joined: Transitions, later: Transitions, goes_on: BoolArray) -> Transitions:

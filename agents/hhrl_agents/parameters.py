@@ -13,6 +13,7 @@ from torch import Tensor
 
 from hhrl_agents.base import Float32Array
 from hhrl_agents.mlp import Shapes
+from hhrl_envs.state import State, read
 
 
 class ParameterStack:
@@ -44,6 +45,15 @@ class ParameterStack:
     def move_target(self, rate: float) -> None:
         """Return nothing; move the target's parameters by the share `rate` towards the online ones; 1 copies them."""
         self.flat_target.lerp_(self.flat, rate) if rate < 1.0 else self.flat_target.copy_(self.flat)
+
+    def state(self) -> State:
+        """Return all parameters, online and target; see `hhrl_agents.saving.Stateful`."""
+        return {name: flat.cpu().numpy().copy() for name, flat in (("online", self.flat), ("target", self.flat_target))}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        for name, flat in (("online", self.flat), ("target", self.flat_target)):
+            flat.copy_(torch.from_numpy(read(state, name, flat.cpu().numpy())))
 
     def snapshot(self, seed_index: int) -> dict[str, Tensor]:
         """Return a copy of one seed's online parameters on the CPU, name -> [1, in, out]."""

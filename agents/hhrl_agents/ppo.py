@@ -10,12 +10,14 @@ import stable_baselines3
 
 from hhrl_agents.base import FloatArray
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
-from hhrl_agents.learners import Progress, linear
+from hhrl_agents.learners import linear
 from hhrl_agents.methods import Method
 from hhrl_agents.ppo_config import PPOConfig
 from hhrl_agents.ppo_seed import LOSSES, PPOSeed
+from hhrl_agents.progress import Progress
 from hhrl_envs import Scenario
 from hhrl_envs.errors import InputError
+from hhrl_envs.state import State
 
 
 class PPOLearner:
@@ -55,6 +57,12 @@ class PPOLearner:
     def policies(self) -> list[LearnedAgent]:
         """Return each seed's most probable actions as a policy as it is now, which later training does not change."""
         return [self._policy(seed, trained) for seed, trained in zip(self.seeds, self._trained, strict=True)]
+
+    def state(self) -> None:
+        """Return None: Stable-Baselines3 keeps its state to itself, so training begins anew where it was stopped."""
+
+    def restore(self, state: State) -> None:
+        """Return nothing; there is nothing to restore."""
 
     def _advance(self, steps: int, learning_rate: float) -> FloatArray:
         """Return every seed's losses, [E, losses], after one rollout and its updates."""

@@ -19,17 +19,22 @@ from hhrl_agents.base import BoolArray, Float32Array, FloatArray, IntArray
 from hhrl_agents.exploration import GREEDY, Explorer
 from hhrl_agents.lambda_returns import lambda_returns
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
-from hhrl_agents.learners import Progress, linear
+from hhrl_agents.learners import linear
 from hhrl_agents.learning_rewards import discounts, level_rewards
 from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP
 from hhrl_agents.networks import method_shapes, subset
 from hhrl_agents.parameters import ParameterStack
+from hhrl_agents.progress import Progress
 from hhrl_agents.replay import ACTION
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.saving import Stateful, gather, scatter
+from hhrl_agents.seeding import Purpose, generators, restore_streams, save_streams
 from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.errors import InputError
+from hhrl_envs.state import State, count, read_count
+
+_COUNTS = ("env_steps", "updates", "_reported_updates")
 
 
 class Step(NamedTuple):
@@ -89,13 +94,13 @@ class PQNLearner:
         self._clear_meters()
 
     def train(self, env_steps: int) -> Iterator[Progress]:
-        """Yield a report about every `report_every` environment steps and at the end, while training for `env_steps`.
+        """Yield a report about every `report_every` environment steps and at the end, until `env_steps` are done.
 
-        The schedules of exploration and learning rate span these `env_steps`, which are each seed's, rounded up to
-        whole rollouts of its `n_envs` environments.
+        After `restore` it goes on from the steps done before. The schedules of exploration and learning rate span these
+        `env_steps`, which are each seed's, rounded up to whole rollouts of its `n_envs` environments.
         """
         config = self.method.config
-        for done in range(0, env_steps, config.rollout_size):
+        for done in range(self.env_steps, env_steps, config.rollout_size):
             share = done / env_steps
             epsilon = linear(1.0, config.final_epsilon, share / config.exploration_share)
             targets = self._targets([self._interact(epsilon) for _ in range(config.rollout_steps)])
@@ -110,6 +115,32 @@ class PQNLearner:
     def policies(self) -> list[LearnedAgent]:
         """Return each seed's greedy policy as it is now, E agents that later training does not change."""
         return [self._policy(index, seed) for index, seed in enumerate(self.seeds)]
+
+    def state(self) -> State:
+        """Return all that the training depends on, as it is at a report; see `TrainableStack.state`."""
+        counts = {name: count(getattr(self, name)) for name in _COUNTS}
+        return {**gather(self._parts()), **save_streams(self._shufflers), **counts}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; go on where a learner made with the same arguments has been; see `TrainableStack.restore`.
+
+        Raises:
+            InputError: if it is the state of another learner.
+        """
+        scatter(self._parts(), state)
+        restore_streams(self._shufflers, state)
+        for name in _COUNTS:
+            setattr(self, name, read_count(state, name))
+        self._features = self._observe(np.zeros(self._simulator.num_rows, np.bool_))
+
+    def _parts(self) -> dict[str, Stateful]:
+        return {
+            "parameters": self.stack,
+            "optimiser": self._optimiser,
+            "explorer": self._explorer,
+            "simulator": self._simulator,
+            "memory": self._memory,
+        }
 
     def _interact(self, epsilon: float) -> Step:
         """Step every environment once and return what happened."""

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.base import Float32Array, FloatArray, IntArray
+from hhrl_envs.state import State, count, read, read_count
 
 OPTION, ACTION = range(2)
 """The levels of the hierarchy; a flat learner has the action level alone."""
@@ -66,6 +67,24 @@ class ReplayBuffer:
         self._position = (first + count) % self.capacity
         self.stored = min(self.stored + count, self.capacity)
         return np.arange(first, first + count)
+
+    def largest_reward(self) -> FloatArray:
+        """Return the largest absolute reward of any level that each seed's transitions hold, float64 [E]."""
+        rewards = self._rows[:, : self.stored, 2 * self._features : 2 * self._features + 2]
+        largest: FloatArray = rewards.abs().amax((1, 2)).cpu().double().numpy()
+        return largest
+
+    def state(self) -> State:
+        """Return what is stored, and where the next transition belongs; see `hhrl_agents.saving.Stateful`."""
+        rows = self._rows[:, : self.stored].cpu().numpy().copy()
+        return {"rows": rows, "stored": count(self.stored), "position": count(self._position)}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        self.stored = min(read_count(state, "stored"), self.capacity)
+        self._position = read_count(state, "position") % self.capacity
+        stored = self._rows[:, : self.stored]
+        stored.copy_(torch.from_numpy(read(state, "rows", stored.cpu().numpy())))
 
     def gather(self, indices: IntArray) -> Batch:
         """Return the transitions at `indices`, int64 [E, M], each column from its seed's own ring."""

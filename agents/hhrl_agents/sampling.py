@@ -9,8 +9,10 @@ from hhrl_agents.base import Float32Array, FloatArray, IntArray
 from hhrl_agents.double_dqn_config import DoubleDQNConfig
 from hhrl_agents.methods import Method
 from hhrl_agents.replay import ACTION, OPTION
-from hhrl_agents.seeding import uniforms
+from hhrl_agents.saving import Stateful
+from hhrl_agents.seeding import restore_streams, save_streams, uniforms
 from hhrl_agents.sum_tree import SumTrees
+from hhrl_envs.state import State, read
 
 SCALE_RATE = 0.01
 """Rate at which the running magnitude of a level's TD error follows the batches."""
@@ -28,7 +30,7 @@ class Draw(NamedTuple):
     weights: Sequence[Float32Array]
 
 
-class Sampler(Protocol):
+class Sampler(Stateful, Protocol):
     """What a learner asks of a way to sample the replay buffer."""
 
     def added(self, indices: IntArray) -> None:
@@ -60,6 +62,14 @@ class UniformSampler:
 
     def update(self, indices: IntArray, errors: FloatArray) -> None:
         """Return nothing; see `Sampler.update`."""
+
+    def state(self) -> State:
+        """Return the generators; see `hhrl_agents.saving.Stateful`."""
+        return save_streams(self._streams)
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        restore_streams(self._streams, state)
 
 
 class PrioritizedSampler:
@@ -105,6 +115,19 @@ class PrioritizedSampler:
         priorities = (self._priorities(errors) + self._config.priority_floor) ** self._config.priority_exponent
         np.maximum(self._highest, priorities.max(-1), out=self._highest)
         self._trees.assign(np.tile(indices, (self._num_trees, 1)), priorities.reshape(-1, indices.shape[1]))
+
+    def state(self) -> State:
+        """Return generators, trees, highest priorities and magnitudes; see `hhrl_agents.saving.Stateful`."""
+        return {**save_streams(self._streams), **{name: array.copy() for name, array in self._memory().items()}}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        restore_streams(self._streams, state)
+        for name, array in self._memory().items():
+            array[...] = read(state, name, array)
+
+    def _memory(self) -> State:
+        return {"trees": self._trees.nodes, "highest": self._highest, "magnitude": self._magnitude}
 
     def _priorities(self, errors: FloatArray) -> FloatArray:
         """Return the priorities [trees, E, M] of absolute errors [levels, E, M], before floor and exponent."""

@@ -26,6 +26,7 @@ from hhrl_envs.profiles import describe
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.sensing import BASE
 from hhrl_envs.spares import Spares
+from hhrl_envs.state import State, count, read, read_count
 from hhrl_envs.stepping import MOVE, MOVE_AND_SHOW, SHOW, WAITING, advance_rows, aim
 from hhrl_envs.validation import is_integer
 
@@ -212,6 +213,28 @@ class Simulator:
         """Return (seed, episode) of one row."""
         _require_index("row", row, self.num_rows)
         return int(self._keys[SEED, row]), int(self._keys[EPISODE, row])
+
+    def state(self) -> State:
+        """Return all that the next steps depend on; see ``restore``."""
+        self._require_reset()
+        arrays = self._arrays(self.raw_observations, self.raw_results)
+        return {**{name: array.copy() for name, array in arrays.items()}, "ended": count(self._ended)}
+
+    def restore(self, state: State) -> None:
+        """Go on, bit for bit, where a simulator of the same scenario and size has been at ``state``.
+
+        Raises:
+            InputError: if it is the state of something else.
+        """
+        observations, results = self._observations.take(), self._results.take()
+        for name, array in self._arrays(observations, results).items():
+            array[...] = read(state, name, array)
+        self.raw_observations, self.raw_results = observations, results
+        self._ended, self._ready = read_count(state, "ended"), True
+
+    def _arrays(self, observations: Floats32, results: Floats) -> State:
+        own = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
+        return {**own, "observations": observations, "results": results}
 
     def _vehicles(self, row: int) -> Floats:
         self._require_reset()

@@ -11,10 +11,10 @@ import torch
 
 from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.learned import LearnedAgent
-from hhrl_agents.learners import Progress
 from hhrl_agents.methods import Method
 from hhrl_agents.ppo import PPOLearner
 from hhrl_agents.ppo_config import PPOConfig
+from hhrl_agents.progress import Progress
 from hhrl_agents.training import make_learner
 from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs.observation import SIZE

@@ -9,9 +9,9 @@ import torch
 
 from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.learned import LearnedAgent
-from hhrl_agents.learners import Progress
 from hhrl_agents.methods import Method
 from hhrl_agents.pqn import PQNLearner, Step, Targets
+from hhrl_agents.progress import Progress
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
 
 MAIN = get_scenario("stop-line-v0")

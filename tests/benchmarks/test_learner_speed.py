@@ -24,7 +24,7 @@ def test_training_steps(benchmark: BenchmarkFixture, name: str, seeds: int) -> N
     method = replace(METHODS[name], config=replace(METHODS[name].config, warmup=METHODS[name].config.n_envs))
     worlds = np.arange(seeds * method.config.n_envs, dtype=np.uint64).reshape(seeds, -1)
     learner = Learner(method, get_scenario("stop-line-v0"), range(seeds), worlds)
-    list(learner.train(STEPS))
+    list(learner.train(STEPS))  # compiles, and fills the replay
     benchmark.extra_info["env_steps"] = seeds * STEPS
     benchmark.extra_info["updates"] = STEPS // method.config.steps_per_update
-    benchmark(lambda: list(learner.train(STEPS)))
+    benchmark(lambda: list(learner.train(learner.env_steps + STEPS)))

@@ -1,0 +1,74 @@
+"""Event files, read back with TensorBoard's own reader."""
+
+import importlib.util
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("torch")
+pytest.importorskip("tensorboard")
+
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from hhrl_bench import train as training
+from hhrl_bench.tensorboard import scalars
+from hhrl_envs import extras
+from support.command_line import invoke
+from support.small_training import plan, small_methods
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small() -> Iterator[None]:
+    with small_methods():
+        yield
+
+
+def read(folder: Path, seed: int) -> EventAccumulator:
+    accumulator = EventAccumulator(str(folder / "tensorboard" / f"seed-{seed}"))
+    accumulator.Reload()
+    return accumulator
+
+
+def test_a_resumed_training_s_events_are_its_curves_once(tmp_path: Path) -> None:
+    reports = training.train(plan(tmp_path, method="hybrid-hrl"), tensorboard=True)
+    next(reports), next(reports)
+    reports.close()  # type: ignore[attr-defined]
+    time.sleep(1.1)  # event files are ordered by the second they begin in
+    list(training.train(plan(tmp_path, method="hybrid-hrl"), resume=True, tensorboard=True))
+    for seed in (0, 2):
+        events = read(tmp_path, seed)
+        rows = [json.loads(line) for line in (tmp_path / f"curve-seed-{seed}.jsonl").read_text().splitlines()]
+        for tag, group, name in (
+            ("loss/option", "losses", "option"),
+            ("loss/action", "losses", "action"),
+            ("validation/success", "validation", "success"),
+            ("validation/return_task", "validation", "return_task"),
+        ):
+            points = [(point.step, point.value) for point in events.Scalars(tag)]
+            assert [step for step, _ in points] == [200, 400, 600]
+            assert [value for _, value in points] == pytest.approx([row[group][name] for row in rows])
+
+
+def test_a_row_s_numbers_have_tags_and_missing_ones_none() -> None:
+    row = {
+        "env_steps": 7,
+        "losses": {"option": None, "action": 2.0},
+        "episodes": {"success": 3, "collision": 1},
+        "validation": {"success": 0.5, "return_option": None},
+    }
+    tags = {"loss/action": 2.0, "training/success": 0.75, "training/collision": 0.25, "validation/success": 0.5}
+    assert scalars(row) == tags
+    assert scalars({**row, "episodes": {}, "validation": None}) == {"loss/action": 2.0}
+
+
+def test_without_the_extra_one_line_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "tensorboard" else found(name))
+    said = invoke("train", "ddqn", "--out", str(tmp_path / "run"), "--tensorboard")
+    assert said.exit_code == 2
+    assert "hhrl-bench[tensorboard]" in said.stderr
+    assert said.stderr.count("\n") == 1
+    assert not (tmp_path / "run").exists()

@@ -1,0 +1,57 @@
+"""Trainings that take a second: small networks, many reports. As a script it is the command line with those."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hhrl_agents import METHODS
+from hhrl_bench import train as training
+from hhrl_bench.cli import main
+from hhrl_bench.tasks import get_task
+
+TASK = get_task("stop-line-v0")
+STEPS = 600
+CONFIG: dict[str, Any] = {
+    "hidden": (8,),
+    "n_envs": 4,
+    "batch_size": 8,
+    "replay_capacity": 400,
+    "warmup": 40,
+    "target_interval": 10,
+    "report_every": 200,
+}
+
+
+def _small(config: Any) -> Any:
+    own = {field.name for field in fields(config)}
+    return replace(config, **{name: value for name, value in CONFIG.items() if name in own})
+
+
+@contextmanager
+def small_methods() -> Iterator[pytest.MonkeyPatch]:
+    """Return a context in which every method trains small networks, validated on few episodes."""
+    small = {name: replace(method, config=_small(method.config)) for name, method in METHODS.items()}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(training, "METHODS", small)
+        patch.setattr(training, "VALIDATION_EPISODES", 16)
+        yield patch
+
+
+def plan(folder: Path, seeds: tuple[int, ...] = (0, 2), method: str = "ddqn", env_steps: int = STEPS) -> training.Plan:
+    """Return the plan of a small training."""
+    return training.Plan(method, TASK, seeds, env_steps, folder)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return the files of a run directory but for its provenance, whose clock differs."""
+    files = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith("provenance"))
+    return {path.name: path.read_bytes() for path in files}
+
+
+if __name__ == "__main__":
+    with small_methods():
+        main()
