@@ -1,51 +1,27 @@
 """Double DQN, flat and hierarchical: what to choose, and the temporal-difference errors to learn from."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.base import NO_OPTION, Float32Array, FloatArray, IntArray
-from hhrl_agents.exploration import GREEDY
+from hhrl_agents.base import NO_OPTION, Float32Array, IntArray
+from hhrl_agents.given import given_options
+from hhrl_agents.learned import frozen_actions
+from hhrl_agents.levels import LearnedLevel, LevelErrors
 from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP, Parameters
-from hhrl_agents.networks import ActionNetwork, mask_penalty, one_hot, subset
+from hhrl_agents.networks import ActionNetwork, mask_penalty, one_hot
 from hhrl_agents.parameters import ParameterStack
-from hhrl_agents.replay import OPTION, Batch
+from hhrl_agents.replay import Batch
 from hhrl_envs import Scenario
+from hhrl_envs.observation import SIZE
 
 Choices = tuple[IntArray, IntArray]
 """Options and actions, int64 [E, n] each."""
-
-
-class LevelErrors(NamedTuple):
-    """The temporal-difference errors Y - Q of one level's network, and what their gradient needs.
-
-    errors: [E, 1, M]; choices: whose values erred, int64 [E, 1, M]; values: of all choices, [E, C, M]; trace: of the
-    network's forward pass; gradients: where its parameters' gradients belong.
-    """
-
-    errors: Tensor
-    choices: Tensor
-    values: Tensor
-    network: Any
-    trace: Any
-    gradients: Parameters
-
-    def backward(self, part: slice, weights: Tensor) -> FloatArray:
-        """Return the losses float64 [E], the weighted mean squared errors of the columns `part`; write the gradients.
-
-        weights: [E, 1, K] for the K columns of `part`.
-        """
-        errors = self.errors[..., part]
-        weighted = errors * weights
-        slope = torch.zeros_like(self.values[..., part])
-        slope.scatter_(1, self.choices[..., part], weighted * (-2.0 / errors.shape[2]))
-        self.network.backward(self.trace.columns(part), slope, self.gradients)
-        losses: FloatArray = (weighted * errors).mean((1, 2)).cpu().double().numpy()
-        return losses
 
 
 class Algorithm(Protocol):
@@ -70,85 +46,87 @@ class Algorithm(Protocol):
 class DoubleDQN:
     """Flat Double DQN (Eq. (ddqn)): one action-value network, rewarded by the action level's column, r^task."""
 
-    levels = ("action",)
-
     def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
-        norm = method.config.layer_norm
-        self._online = MLP(subset(stack.online, "action."), layer_norm=norm)
-        self._both = MLP(subset(stack.both, "action."), layer_norm=norm)
-        self._gradients = subset(stack.gradients, "action.")
+        self.levels: Sequence[str] = method.levels
+        self.choices: Sequence[IntArray] = (np.arange(scenario.num_actions),)
+        self._action = LearnedLevel("action", partial(MLP, layer_norm=method.config.layer_norm), stack)
         self._device = stack.flat.device
-        self.choices = (np.arange(scenario.num_actions),)
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return no options (-1) and the actions; see `Algorithm.choose`."""
-        actions = _greedy_or(tried[0], self._online(_columns(observations, self._device)))
+        actions = self._action.choose(tried[0], _columns(observations, self._device))
         return np.full_like(actions, NO_OPTION), actions
 
     def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
         """Return the errors of the action values; see `Algorithm.td_errors`."""
-        _, value = double_q(self._both(_twice(batch.next_observations)))
+        _, value = self._action.following(_twice(batch.next_observations))
         target = batch.action_rewards + batch.discounts * value
-        values, trace = self._online.trace(batch.observations)
-        errors = target - values.gather(1, batch.actions)
-        return (LevelErrors(errors, batch.actions, values, self._online, trace, self._gradients),)
+        return (self._action.errors(target, batch.actions, batch.observations),)
 
 
 class HierarchicalDoubleDQN:
     """Option and action values, both one-step and both acting at every step (Eq. (qo), (qa)).
 
     O* = argmax_o Q^o(s', o) and Y^o = r^o + gamma Q^o'(s', O*); A* = argmax_a Q^a(s'^I, O*, a) and
-    Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network.
+    Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network. A level that is given has no
+    values: O* is then what the rule selects at s'.
+
+    frozen: the parameters of a given action level.
     """
 
-    levels = ("option", "action")
-
-    def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
-        config = method.config
-        self._option, self._option_both = (
-            MLP(subset(parameters, "option."), layer_norm=config.layer_norm)
-            for parameters in (stack.online, stack.both)
-        )
-        self._action, self._action_both = (
-            ActionNetwork(subset(parameters, "action."), config) for parameters in (stack.online, stack.both)
-        )
-        self._gradients = [subset(stack.gradients, f"{level}.") for level in self.levels]
+    def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters) -> None:
         self._device = stack.flat.device
-        self._penalty = mask_penalty(scenario.option_mask).to(self._device)
-        self.choices = (np.flatnonzero(scenario.option_mask), np.arange(scenario.num_actions))
+        self.levels: Sequence[str] = method.levels
+        choices = {"option": np.flatnonzero(scenario.option_mask), "action": np.arange(scenario.num_actions)}
+        self.choices: Sequence[IntArray] = tuple(choices[level] for level in self.levels)
+        self._option = self._action = None
+        if "option" in self.levels:
+            network = partial(MLP, layer_norm=method.config.layer_norm)
+            self._option = LearnedLevel("option", network, stack, mask_penalty(scenario.option_mask).to(self._device))
+        else:
+            self._given_options = given_options(method, scenario)
+        if "action" in self.levels:
+            self._action = LearnedLevel("action", partial(ActionNetwork, config=method.config), stack)
+        else:
+            self._given_actions = frozen_actions(method, scenario, frozen)
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return the options, and the actions given those; see `Algorithm.choose`."""
-        states = _columns(observations, self._device)
-        options = _greedy_or(tried[OPTION], self._option(states) + self._penalty)
-        given = one_hot(torch.from_numpy(options).to(self._device).unsqueeze(1))
-        return options, _greedy_or(tried[1], self._action(states, given))
+        states, rows, shape = _columns(observations, self._device), observations.reshape(-1, SIZE), tried[0].shape
+        options = self._option.choose(tried[0], states) if self._option else self._given_options(rows).reshape(shape)
+        if self._action:
+            return options, self._action.choose(tried[-1], states, one_hot(self._column(options)))
+        return options, self._given_actions(rows, options.reshape(-1)).reshape(shape)
 
     def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
-        """Return the errors of the option values and of the action values; see `Algorithm.td_errors`."""
-        following = _twice(batch.next_observations)
-        best, option_value = double_q(self._option_both(following) + self._penalty)
-        _, action_value = double_q(self._action_both(following, _twice(one_hot(best))))
-        values, trace = self._option.trace(batch.observations)
-        errors = batch.option_rewards + batch.discounts * option_value - values.gather(1, batch.options)
-        option = LevelErrors(errors, batch.options, values, self._option, trace, self._gradients[0])
-        values, trace = self._action.trace(batch.observations, one_hot(batch.options))
-        errors = batch.action_rewards + batch.discounts * action_value - values.gather(1, batch.actions)
-        return option, LevelErrors(errors, batch.actions, values, self._action, trace, self._gradients[1])
+        """Return the errors of the learned levels' values; see `Algorithm.td_errors`."""
+        following, errors = _twice(batch.next_observations), []
+        if self._option:
+            best, value = self._option.following(following)
+            target = batch.option_rewards + batch.discounts * value
+            errors.append(self._option.errors(target, batch.options, batch.observations))
+        else:
+            best = self._options_at(batch.next_observations)
+        if self._action:
+            _, value = self._action.following(following, _twice(one_hot(best)))
+            target = batch.action_rewards + batch.discounts * value
+            errors.append(self._action.errors(target, batch.actions, batch.observations, one_hot(batch.options)))
+        return tuple(errors)
+
+    def _options_at(self, states: Tensor) -> Tensor:
+        """Return the given options, int64 [E, 1, K], for states [E, 11, K]."""
+        rows = states.transpose(1, 2).cpu().numpy()
+        return self._column(self._given_options(rows.reshape(-1, SIZE)).reshape(rows.shape[:2]))
+
+    def _column(self, options: IntArray) -> Tensor:
+        return torch.from_numpy(options).to(self._device).unsqueeze(1)
 
 
-def double_q(values: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the online network's best choice, int64 [E, 1, K], and the target network's value of it, [E, 1, K].
-
-    values: [2E, C, K], the online networks' of every seed, then the target networks'.
-    """
-    online, target = values.chunk(2)
-    best = online.max(1, keepdim=True).indices
-    return best, target.gather(1, best)
-
-
-def _greedy_or(tried: IntArray, values: Tensor) -> IntArray:
-    return np.where(tried == GREEDY, values.max(1).indices.cpu().numpy(), tried)
+def make_algorithm(method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters) -> Algorithm:
+    """Return the algorithm that learns the method's levels; see `HierarchicalDoubleDQN` for `frozen`."""
+    if method.hierarchical:
+        return HierarchicalDoubleDQN(method, scenario, stack, frozen)
+    return DoubleDQN(method, scenario, stack)
 
 
 def _columns(observations: Float32Array, device: torch.device) -> Tensor:

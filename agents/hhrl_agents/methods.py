@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
+from hhrl_agents.rules import PAPER_RULES
 from hhrl_envs.errors import InputError, require_value
 
 _READINGS = {
@@ -32,6 +33,8 @@ class LearnerConfig:
             `target_interval` = 1 at every call, the paper's literal reading), little at every step is Polyak averaging.
         layer_norm: normalise what enters every ReLU.
         attended: what the attention multiplies: the "state" (the text), or the "linear" layer of it (Figure 2).
+        sees_line: without it d_d, d_dc and d_dc/d_ds are zero to the action network, so that what it learns where there
+            is no stop-line holds where there is one.
         credit: whose fault the failure of a sub-goal is, by the reward "equations" or by "algorithm-2".
         n_steps: steps of reward in a target before it bootstraps.
         learning_rate, final_learning_rate: Adam's, changed linearly over the training budget.
@@ -60,6 +63,7 @@ class LearnerConfig:
     target_rate: float = 1.0
     layer_norm: bool = False
     attended: Literal["state", "linear"] = "state"
+    sees_line: bool = True
     credit: Literal["equations", "algorithm-2"] = "equations"
     n_steps: int = 1
     learning_rate: float = 1e-3
@@ -108,32 +112,58 @@ class LearnerConfig:
 
 @dataclass(frozen=True)
 class Method:
-    """A learning method: flat Double DQN, or the hierarchical learner with the paper's three switches.
+    """A learning method: an option level and an action level, each learned or given, with the paper's three switches.
 
     Attributes:
         id: the name that the command line and the leaderboard use.
-        hierarchical: an option level over the action level; the switches below need it.
+        option: the option level: "none" of a flat method, "learned", or given by the rule of this id.
+        ffv: the method whose trained policy, frozen, is the action level under FFV, the analytic controller being it
+            under SSL; None: the action level is learned.
         hybrid_reward: r^option and r^action at their levels instead of r^task at both.
         replay: how mini-batches are drawn: "uniform", "prioritised" by all levels' errors together, or "hierarchical".
         attention: the attention I(s, o) before the action network.
         config: every hyperparameter.
+        summary: what sets the method apart, in a line.
     """
 
     id: str
-    hierarchical: bool = False
+    option: str = "none"
+    ffv: "Method | None" = None
     hybrid_reward: bool = False
     replay: Literal["uniform", "prioritised", "hierarchical"] = "uniform"
     attention: bool = False
     config: LearnerConfig = field(default_factory=LearnerConfig)
+    summary: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
-        """Reject switches that a flat method does not have."""
-        if self.replay not in {"uniform", "prioritised", "hierarchical"}:
-            raise InputError(
-                f"method {self.id!r} has replay {self.replay!r}; write uniform, prioritised or hierarchical"
-            )
-        if not self.hierarchical and (self.hybrid_reward or self.replay == "hierarchical" or self.attention):
-            raise InputError(f"method {self.id!r} is flat; write hierarchical=True to use a switch of the hierarchy")
+        """Reject levels that do not go together, and switches of a level that is not there to learn."""
+        options, replays = ("none", "learned", *PAPER_RULES), ("uniform", "prioritised", "hierarchical")
+        self._require("option", self.option in options, "one of: " + ", ".join(options))
+        self._require("replay", self.replay in replays, "one of: " + ", ".join(replays))
+        flat_has_none = self.hierarchical or not (self.hybrid_reward or self.attention or self.ffv)
+        self._require("option", flat_has_none, "'learned' or a rule's id to use ffv, hybrid_reward or attention")
+        self._require("option", bool(self.levels), "'learned', as ffv gives the action level")
+        self._require("attention", self.ffv is None or not self.attention, "False, as ffv gives the action level")
+        both = self.replay != "hierarchical" or len(self.levels) == 2
+        self._require("replay", both, "uniform or prioritised, as hierarchical needs option 'learned' and no ffv")
+        follows = self.ffv is None or (self.ffv.hierarchical and self.ffv.ffv is None)
+        self._require("ffv", follows, "a method with options whose action level is learned")
+
+    def _require(self, name: str, holds: bool, allowed: str) -> None:
+        value = getattr(self, name)
+        said = repr(value.id) if isinstance(value, Method) else repr(value)
+        require_value(holds, f"{name} of method {self.id!r}", said, allowed)
+
+    @property
+    def hierarchical(self) -> bool:
+        """Whether there is an option level, learned or given."""
+        return self.option != "none"
+
+    @property
+    def levels(self) -> tuple[str, ...]:
+        """The levels that are learned, of "option" and "action", in this order."""
+        learned = {"option": self.option == "learned", "action": self.ffv is None}
+        return tuple(level for level, is_learned in learned.items() if is_learned)
 
     @property
     def config_hash(self) -> str:
@@ -141,10 +171,12 @@ class Method:
         return hashlib.sha256(json.dumps(self.data(), sort_keys=True, allow_nan=False).encode()).hexdigest()
 
     def data(self) -> dict[str, Any]:
-        """Return the method without its id as JSON data."""
+        """Return the method without its id and summary as JSON data; that of `ffv` holds its id."""
         data = asdict(self)
-        del data["id"]
+        del data["id"], data["summary"]
         data["config"]["hidden"] = list(self.config.hidden)
+        if self.ffv:
+            data["ffv"] = {"id": self.ffv.id, **self.ffv.data()}
         return data
 
     @classmethod
@@ -156,7 +188,12 @@ class Method:
         """
         try:
             config = {**data["config"], "hidden": tuple(data["config"]["hidden"])}
-            method = cls(method_id, **{**data, "config": LearnerConfig(**config)})
+            ffv = data["ffv"] and cls.from_data(data["ffv"]["id"], _without_id(data["ffv"]))
+            method = cls(method_id, **{**data, "ffv": ffv, "config": LearnerConfig(**config)})
         except (KeyError, TypeError) as error:
             raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error
         return method
+
+
+def _without_id(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in data.items() if name != "id"}

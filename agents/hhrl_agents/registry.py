@@ -1,10 +1,12 @@
 """The registered agents: rules that act at once, and methods that learn. Importable without torch."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 from hhrl_agents.base import HierarchicalAgent
-from hhrl_agents.methods import Method
+from hhrl_agents.methods import LearnerConfig, Method
 from hhrl_agents.rule_plus import RulePlus
 from hhrl_agents.rules import PAPER_RULES
 from hhrl_envs import Scenario
@@ -12,14 +14,78 @@ from hhrl_envs import Scenario
 RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType({**PAPER_RULES, "rule-plus": RulePlus})
 """Every rule agent's constructor by its id."""
 
-_ALL = (
-    Method("ddqn"),
-    Method("hrl-0", hierarchical=True),
-    Method("hrl-1", hierarchical=True, hybrid_reward=True),
-    Method("hrl-2", hierarchical=True, hybrid_reward=True, replay="hierarchical"),
-    Method("hrl-3", hierarchical=True, hybrid_reward=True, attention=True),
-    Method("hybrid-hrl", hierarchical=True, hybrid_reward=True, replay="hierarchical", attention=True),
+_DDQN = Method("ddqn", summary="flat Double DQN")
+
+_HYBRID = Method(
+    "hybrid-hrl",
+    option="learned",
+    hybrid_reward=True,
+    replay="hierarchical",
+    attention=True,
+    summary="Hybrid HRL: hybrid reward, hierarchical replay, attention",
 )
 
-METHODS: Mapping[str, Method] = MappingProxyType({method.id: method for method in _ALL})
-"""Every learning method by its id: flat Double DQN and the rows of the paper's table of HRL-based policies."""
+_PAPER = (
+    _DDQN,
+    Method("hrl-0", option="learned", summary="hierarchical Double DQN, r^task at both levels"),
+    replace(_HYBRID, id="hrl-1", replay="uniform", attention=False, summary="HRL-0 and hybrid reward"),
+    replace(_HYBRID, id="hrl-2", attention=False, summary="HRL-1 and hierarchical replay"),
+    replace(_HYBRID, id="hrl-3", replay="uniform", summary="HRL-1 and attention"),
+    _HYBRID,
+)
+
+_FOLLOW = Method(
+    "follow-only",
+    option="rule-1",
+    hybrid_reward=True,
+    config=LearnerConfig(sees_line=False),
+    summary="actions learned, option held at FFV; for the task follow-v0",
+)
+
+_GIVEN_LEVELS = (
+    _FOLLOW,
+    Method(
+        "option-only",
+        option="learned",
+        ffv=_FOLLOW,
+        hybrid_reward=True,
+        summary="options learned, actions by the SSL controller and the trained follow-only",
+    ),
+    Method(
+        "rule-option",
+        option="rule-4",
+        hybrid_reward=True,
+        replay="prioritised",
+        attention=True,
+        summary="actions learned, options by Rule 4",
+    ),
+)
+
+
+def _reading(name: str, summary: str, **values: Any) -> Method:
+    """Return Hybrid HRL with other hyperparameters: a literal reading of the paper, to measure what it is worth."""
+    config = replace(_HYBRID.config, **values)
+    return replace(_HYBRID, id=f"hybrid-hrl-{name}", config=config, summary=f"Hybrid HRL, {summary}")
+
+
+_READINGS = (
+    _reading("figure-2", "attention on the linear layer (Figure 2)", attended="linear"),
+    _reading("algorithm-2", "failures charged as Algorithm 2 does", credit="algorithm-2"),
+    _reading("every-call", "target networks copied at every call", target_interval=1, target_rate=1.0),
+    _reading("shift", "p^a less the batch's minimum", priority="shift"),
+    _reading("terminal-timeout", "the time limit as a terminal penalty", timeout="terminal"),
+)
+
+_PLAIN_REPLAY = (
+    replace(_DDQN, id="ddqn-per", replay="prioritised", summary="flat Double DQN, prioritised replay"),
+    replace(_HYBRID, id="hybrid-hrl-per", replay="prioritised", summary="Hybrid HRL, plain prioritised replay"),
+)
+
+METHODS: Mapping[str, Method] = MappingProxyType(
+    {method.id: method for method in (*_PAPER, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY)}
+)
+"""Every learning method by its id.
+
+Flat Double DQN and the rows of the paper's table of HRL-based policies, those that learn one level alone, the literal
+readings of what the paper contradicts or leaves open, and plain prioritised replay.
+"""
