@@ -38,6 +38,7 @@ TASKS: Mapping[str, Task] = MappingProxyType(
         for task in (
             Task("stop-line-v0", scenario="stop-line-v0", env_steps=300_000),
             Task("follow-v0", scenario="follow-v0", env_steps=300_000),
+            Task("red-light-v0", scenario="red-light-v0", env_steps=300_000),
             Task("option-only-v0", scenario="stop-line-v0", env_steps=300_000),
             Task("stop-line-paper-v0", scenario="stop-line-paper-v0", env_steps=300_000),
             *(Task(tier.id, scenario=tier.id, env_steps=1_000_000) for tier in TIERS),

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -74,7 +75,9 @@ class HierarchicalDoubleDQN:
     frozen: the parameters of a given action level.
     """
 
-    def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters) -> None:
+    def __init__(
+        self, method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters = MappingProxyType({})
+    ) -> None:
         self._device = stack.flat.device
         self.levels: Sequence[str] = method.levels
         choices = {"option": np.flatnonzero(scenario.option_mask), "action": np.arange(scenario.num_actions)}
