@@ -8,7 +8,7 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from hhrl_agents import METHODS, RULES, frozen
+from hhrl_agents import METHODS, RULES, checkpoints, frozen
 from hhrl_agents.algorithms import Algorithm, make_algorithm
 from hhrl_agents.exploration import GREEDY
 from hhrl_agents.frozen import frozen_parameters
@@ -52,10 +52,10 @@ def batch_of() -> Batch:
     rng, shape = np.random.default_rng(0), (len(SEEDS), 1, COUNT)
     states = [observations_of(len(SEEDS) * COUNT).reshape(len(SEEDS), COUNT, SIZE) for _ in range(2)]
     now, following = (torch.from_numpy(part).transpose(1, 2) for part in (states[0], states[1][:, ::-1].copy()))
-    rewards = [torch.from_numpy(rng.normal(size=shape).astype(np.float32)) for _ in range(2)]
-    choices = [torch.from_numpy(rng.integers(0, count, shape)) for count in (2, MAIN.num_actions)]
+    r_option, r_action = (torch.from_numpy(rng.normal(size=shape).astype(np.float32)) for _ in range(2))
+    options, actions = (torch.from_numpy(rng.integers(0, count, shape)) for count in (2, MAIN.num_actions))
     discounts = torch.from_numpy(rng.choice([0.0, 0.97], shape).astype(np.float32))
-    return Batch(now, *choices, *rewards, discounts, following)
+    return Batch(now, options, actions, r_option, r_action, discounts, following)
 
 
 def leaves(stack: ParameterStack, level: str, row: int) -> Leaves:
@@ -145,7 +145,7 @@ def test_given_actions_stop_by_the_controller_and_follow_by_the_trained_policy()
     options, actions = algorithm.choose(observations.reshape(len(SEEDS), COUNT, SIZE), (tried,))
     np.testing.assert_array_equal(options, tried)
     stop = RULES["rule-2"](MAIN).act(observations).action
-    follower = frozen.checkpoints.load(frozen.SHIPPED / "follow-only" / "seed-0.safetensors")
+    follower = checkpoints.load(frozen.SHIPPED / "follow-only" / "seed-0.safetensors")
     assert isinstance(follower, HierarchicalLearnedAgent)
     follow = follower.act_with_option(observations, np.ones(len(observations), np.int64))
     assert (stop != follow).any()
