@@ -39,7 +39,7 @@ _FOLLOW = Method(
     option="rule-1",
     hybrid_reward=True,
     config=LearnerConfig(sees_line=False),
-    summary="actions learned, option held at FFV; for the task follow-v0",
+    summary="actions learned, option held at FFV, blind to the line",
 )
 
 _GIVEN_LEVELS = (
