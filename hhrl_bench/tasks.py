@@ -32,16 +32,21 @@ class Task:
     test: SeedRange = field(default=TEST, init=False)
 
 
-_MILD = ("stop-line-v0", "stop-line-paper-v0", "stop-line-heldout-v0", "solo-stop-v0")
+_MILD = ("stop-line-v0", "stop-line-paper-v0", "stop-line-heldout-v0", "solo-stop-v0", "follow-v0", "red-light-v0")
+_BUDGETS = dict.fromkeys(_MILD, 300_000)
+_WORLDS = [world for world in SCENARIOS.values() if not world.learned_fronts]
 
 TASKS: Mapping[str, Task] = MappingProxyType(
     {
-        scenario.id: Task(scenario.id, scenario.id, env_steps=300_000 if scenario.id in _MILD else 1_000_000)
-        for scenario in SCENARIOS.values()
-        if not scenario.learned_fronts
+        task.id: task
+        for task in (
+            *(Task(world.id, world.id, env_steps=_BUDGETS.get(world.id, 1_000_000)) for world in _WORLDS),
+            Task("option-only-v0", "stop-line-v0", env_steps=300_000),
+        )
     }
 )
-"""Every registered scenario in which the ego is the only agent, as a task of the same id."""
+"""Every registered scenario in which the ego is the only agent, as a task of the same id; and `option-only-v0`, whose
+action level is given."""
 
 
 def get_task(task: str | Task) -> Task:

@@ -1,51 +1,27 @@
 """Double DQN, flat and hierarchical: what to choose, and the temporal-difference errors to learn from."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from functools import partial
+from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.base import NO_OPTION, Float32Array, FloatArray, IntArray
-from hhrl_agents.exploration import GREEDY
+from hhrl_agents.base import NO_OPTION, Float32Array, IntArray
+from hhrl_agents.given import given_options
+from hhrl_agents.learned import frozen_actions
+from hhrl_agents.levels import LearnedLevel, LevelErrors
 from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP, Parameters
-from hhrl_agents.networks import ActionNetwork, mask_penalty, one_hot, subset
+from hhrl_agents.networks import ActionNetwork, mask_penalty, one_hot
 from hhrl_agents.parameters import ParameterStack
-from hhrl_agents.replay import OPTION, Batch
+from hhrl_agents.replay import Batch
 from hhrl_envs import Scenario
 
 Choices = tuple[IntArray, IntArray]
 """Options and actions, int64 [E, n] each."""
-
-
-class LevelErrors(NamedTuple):
-    """The temporal-difference errors Y - Q of one level's network, and what their gradient needs.
-
-    errors: [E, 1, M]; choices: whose values erred, int64 [E, 1, M]; values: of all choices, [E, C, M]; trace: of the
-    network's forward pass; gradients: where its parameters' gradients belong.
-    """
-
-    errors: Tensor
-    choices: Tensor
-    values: Tensor
-    network: Any
-    trace: Any
-    gradients: Parameters
-
-    def backward(self, part: slice, weights: Tensor) -> FloatArray:
-        """Return the losses float64 [E], the weighted mean squared errors of the columns `part`; write the gradients.
-
-        weights: [E, 1, K] for the K columns of `part`.
-        """
-        errors = self.errors[..., part]
-        weighted = errors * weights
-        slope = torch.zeros_like(self.values[..., part])
-        slope.scatter_(1, self.choices[..., part], weighted * (-2.0 / errors.shape[2]))
-        self.network.backward(self.trace.columns(part), slope, self.gradients)
-        losses: FloatArray = (weighted * errors).mean((1, 2)).cpu().double().numpy()
-        return losses
 
 
 class Algorithm(Protocol):
@@ -58,7 +34,7 @@ class Algorithm(Protocol):
     choices: Sequence[IntArray]
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
-        """Return options and actions, int64 [E, n], for observations [E, n, 11].
+        """Return options and actions, int64 [E, n], for observations [E, n, features].
 
         tried: for each of `levels` the choices [E, n] to try, or `GREEDY` where the highest value decides.
         """
@@ -70,99 +46,96 @@ class Algorithm(Protocol):
 class DoubleDQN:
     """Flat Double DQN (Eq. (ddqn)): one action-value network, rewarded by the action level's column, r^task."""
 
-    levels: Sequence[str] = ("action",)
-
     def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
-        norm = method.config.layer_norm
-        self._online = MLP(subset(stack.online, "action."), layer_norm=norm)
-        self._both = MLP(subset(stack.both, "action."), layer_norm=norm)
-        self._target = MLP(subset(stack.target, "action."), layer_norm=norm)
-        self._gradients = subset(stack.gradients, "action.")
-        self._alpha, self._device = method.config.advantage_learning, stack.flat.device
+        self.levels: Sequence[str] = method.levels
         self.choices: Sequence[IntArray] = (np.arange(scenario.num_actions),)
+        network = partial(MLP, layer_norm=method.config.layer_norm)
+        self._action = LearnedLevel("action", network, stack, method.config.advantage_learning)
+        self._device = stack.flat.device
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return no options (-1) and the actions; see `Algorithm.choose`."""
-        actions = _greedy_or(tried[0], self._online(_columns(observations, self._device)))
+        actions = self._action.choose(tried[0], _columns(observations, self._device))
         return np.full_like(actions, NO_OPTION), actions
 
     def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
         """Return the errors of the action values; see `Algorithm.td_errors`."""
-        _, value = double_q(self._both(_twice(batch.next_observations)))
+        _, value = self._action.following(_twice(batch.next_observations))
         target = batch.action_rewards + batch.discounts * value
-        values, trace = self._online.trace(batch.observations)
-        errors = target - values.gather(1, batch.actions)
-        if self._alpha > 0.0:
-            errors -= self._alpha * shortfall(self._target(batch.observations), batch.actions)
-        return (LevelErrors(errors, batch.actions, values, self._online, trace, self._gradients),)
+        return (self._action.errors(target, batch.actions, batch.observations),)
 
 
 class HierarchicalDoubleDQN:
     """Option and action values, both one-step and both acting at every step (Eq. (qo), (qa)).
 
     O* = argmax_o Q^o(s', o) and Y^o = r^o + gamma Q^o'(s', O*); A* = argmax_a Q^a(s'^I, O*, a) and
-    Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network.
+    Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network. A level that is given has no
+    values: O* is then what the rule selects at s'.
+
+    frozen: the parameters of a given action level.
     """
 
-    levels: Sequence[str] = ("option", "action")
-
-    def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
-        config = method.config
-        self._option, self._option_target, self._option_both = (
-            MLP(subset(parameters, "option."), layer_norm=config.layer_norm)
-            for parameters in (stack.online, stack.target, stack.both)
-        )
-        self._action, self._action_target, self._action_both = (
-            ActionNetwork(subset(parameters, "action."), config)
-            for parameters in (stack.online, stack.target, stack.both)
-        )
-        self._gradients = [subset(stack.gradients, f"{level}.") for level in self.levels]
-        self._alpha, self._device = config.advantage_learning, stack.flat.device
-        self._penalty = mask_penalty(scenario.option_mask).to(self._device)
-        self.choices: Sequence[IntArray] = (np.flatnonzero(scenario.option_mask), np.arange(scenario.num_actions))
+    def __init__(
+        self, method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters = MappingProxyType({})
+    ) -> None:
+        self._device = stack.flat.device
+        self.levels: Sequence[str] = method.levels
+        choices = {"option": np.flatnonzero(scenario.option_mask), "action": np.arange(scenario.num_actions)}
+        self.choices: Sequence[IntArray] = tuple(choices[level] for level in self.levels)
+        self._option = self._action = None
+        alpha = method.config.advantage_learning
+        if "option" in self.levels:
+            network = partial(MLP, layer_norm=method.config.layer_norm)
+            penalty = mask_penalty(scenario.option_mask).to(self._device)
+            self._option = LearnedLevel("option", network, stack, alpha, penalty)
+        else:
+            self._given_options = given_options(method, scenario)
+        if "action" in self.levels:
+            self._action = LearnedLevel("action", partial(ActionNetwork, config=method.config), stack, alpha)
+        else:
+            self._given_actions = frozen_actions(method, scenario, frozen)
 
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return the options, and the actions given those; see `Algorithm.choose`."""
-        states = _columns(observations, self._device)
-        options = _greedy_or(tried[OPTION], self._option(states) + self._penalty)
-        given = one_hot(torch.from_numpy(options).to(self._device).unsqueeze(1))
-        return options, _greedy_or(tried[1], self._action(states, given))
+        states, rows, shape = _columns(observations, self._device), _rows(observations), tried[0].shape
+        options = self._option.choose(tried[0], states) if self._option else self._given_options(rows).reshape(shape)
+        if self._action:
+            return options, self._action.choose(tried[-1], states, one_hot(self._column(options)))
+        return options, self._given_actions(rows, options.reshape(-1)).reshape(shape)
 
     def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
-        """Return the errors of the option values and of the action values; see `Algorithm.td_errors`."""
-        following, given = _twice(batch.next_observations), one_hot(batch.options)
-        best, option_value = double_q(self._option_both(following) + self._penalty)
-        _, action_value = double_q(self._action_both(following, _twice(one_hot(best))))
-        values, trace = self._option.trace(batch.observations)
-        errors = batch.option_rewards + batch.discounts * option_value - values.gather(1, batch.options)
-        option = LevelErrors(errors, batch.options, values, self._option, trace, self._gradients[0])
-        values, action_trace = self._action.trace(batch.observations, given)
-        errors = batch.action_rewards + batch.discounts * action_value - values.gather(1, batch.actions)
-        action = LevelErrors(errors, batch.actions, values, self._action, action_trace, self._gradients[1])
-        if self._alpha > 0.0:
-            old = self._option_target(batch.observations) + self._penalty
-            option.errors.sub_(self._alpha * shortfall(old, batch.options))
-            action.errors.sub_(self._alpha * shortfall(self._action_target(batch.observations, given), batch.actions))
-        return option, action
+        """Return the errors of the learned levels' values; see `Algorithm.td_errors`."""
+        following, errors = _twice(batch.next_observations), []
+        if self._option:
+            best, value = self._option.following(following)
+            target = batch.option_rewards + batch.discounts * value
+            errors.append(self._option.errors(target, batch.options, batch.observations))
+        else:
+            best = self._options_at(batch.next_observations)
+        if self._action:
+            _, value = self._action.following(following, _twice(one_hot(best)))
+            target = batch.action_rewards + batch.discounts * value
+            errors.append(self._action.errors(target, batch.actions, batch.observations, one_hot(batch.options)))
+        return tuple(errors)
+
+    def _options_at(self, states: Tensor) -> Tensor:
+        """Return the given options, int64 [E, 1, K], for states [E, features, K]."""
+        rows = states.transpose(1, 2).cpu().numpy()
+        return self._column(self._given_options(_rows(rows)).reshape(rows.shape[:2]))
+
+    def _column(self, options: IntArray) -> Tensor:
+        return torch.from_numpy(options).to(self._device).unsqueeze(1)
 
 
-def double_q(values: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the online network's best choice, int64 [E, 1, K], and the target network's value of it, [E, 1, K].
-
-    values: [2E, C, K], the online networks' of every seed, then the target networks'.
-    """
-    online, target = values.chunk(2)
-    best = online.max(1, keepdim=True).indices
-    return best, target.gather(1, best)
+def make_algorithm(method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters) -> Algorithm:
+    """Return the algorithm that learns the method's levels; see `HierarchicalDoubleDQN` for `frozen`."""
+    if method.hierarchical:
+        return HierarchicalDoubleDQN(method, scenario, stack, frozen)
+    return DoubleDQN(method, scenario, stack)
 
 
-def shortfall(values: Tensor, choices: Tensor) -> Tensor:
-    """Return how much less than the best of `values` [E, C, K] the value of each choice is, [E, 1, K]."""
-    return values.max(1, keepdim=True).values - values.gather(1, choices)
-
-
-def _greedy_or(tried: IntArray, values: Tensor) -> IntArray:
-    return np.where(tried == GREEDY, values.max(1).indices.cpu().numpy(), tried)
+def _rows(features: Float32Array) -> Float32Array:
+    return features.reshape(-1, features.shape[-1])
 
 
 def _columns(observations: Float32Array, device: torch.device) -> Tensor:

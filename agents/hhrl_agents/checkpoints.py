@@ -17,7 +17,7 @@ from torch import Tensor
 from hhrl_agents.files import write_atomically
 from hhrl_agents.learned import LearnedAgent, make_agent
 from hhrl_agents.methods import Method
-from hhrl_agents.networks import method_shapes
+from hhrl_agents.networks import frozen_shapes, method_shapes
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs.errors import InputError
 
@@ -113,7 +113,8 @@ def _require_interface(metadata: Mapping[str, Any], scenario: Scenario) -> None:
 
 
 def _require_parameters(parameters: Mapping[str, Tensor], method: Method, scenario: Scenario) -> None:
-    expected = {name: (1, *shape) for name, shape in method_shapes(method, scenario.num_actions).items()}
+    shapes = method_shapes(method, scenario.num_actions) | frozen_shapes(method, scenario.num_actions)
+    expected = {name: (1, *shape) for name, shape in shapes.items()}
     if expected != {name: tuple(value.shape) for name, value in parameters.items()}:
         raise InputError("its parameters have other names or shapes than its config asks for")
     for name, value in parameters.items():

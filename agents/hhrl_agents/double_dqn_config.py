@@ -25,6 +25,7 @@ class DoubleDQNConfig(LearnerConfig):
         target_rate: share by which a move brings their parameters towards the online ones: 1 copies them (with
             `target_interval` = 1 at every call, the paper's literal reading), little at every step is Polyak averaging.
         attended: what the attention multiplies: the "state" (the text), or the "linear" layer of it (Figure 2).
+        sees_line: whether the action level's network reads the state elements of the stop-line; they are 0 without.
         credit: whose fault the failure of a sub-goal is, by the reward "equations" or by "algorithm-2".
         n_steps: steps of reward in a target before it bootstraps.
         advantage_learning: alpha of advantage learning (Bellemare et al., 2016), which takes the share alpha of
@@ -48,6 +49,7 @@ class DoubleDQNConfig(LearnerConfig):
     target_interval: int = 100
     target_rate: float = 1.0
     attended: Literal["state", "linear"] = "state"
+    sees_line: bool = True
     credit: Literal["equations", "algorithm-2"] = "equations"
     n_steps: int = 1
     advantage_learning: float = 0.0

@@ -8,11 +8,13 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.base import NO_OPTION, BoolArray, Decision, Float32Array, IntArray
+from hhrl_agents.given import Actions, Options, given_actions, given_options
 from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP, Parameters
-from hhrl_agents.networks import ActionNetwork, mask_penalty, one_hot, subset
+from hhrl_agents.networks import FFV, ActionNetwork, mask_penalty, one_hot, subset
 from hhrl_envs import Scenario
+from hhrl_envs.errors import InputError
 
 Metadata = Mapping[str, Any]
 
@@ -46,30 +48,58 @@ class LearnedAgent:
 
 
 class HierarchicalLearnedAgent(LearnedAgent):
-    """A hierarchical agent that takes the option of the highest value, then the action of the highest value for it."""
+    """A hierarchical agent; a level that is learned takes the choice of the highest value, the first one on a tie."""
 
     def _build(self) -> None:
-        self._option = MLP(subset(self.parameters, "option."), layer_norm=self.method.config.layer_norm)
-        self._action = ActionNetwork(subset(self.parameters, "action."), self.method.config)
-        self._penalty = mask_penalty(self.scenario.option_mask)
+        method, scenario, parameters = self.method, self.scenario, self.parameters
+        self._select: Options = self._best_option
+        self._pursue: Actions = self._best_action
+        if "option" in method.levels:
+            self._option = MLP(subset(parameters, "option."), layer_norm=method.config.layer_norm)
+            self._penalty = mask_penalty(scenario.option_mask)
+        else:
+            self._select = given_options(method, scenario)
+        if "action" in method.levels:
+            self._action = ActionNetwork(subset(parameters, "action."), method.config)
+        else:
+            self._pursue = frozen_actions(method, scenario, parameters)
 
     @torch.no_grad()
     def act(self, observations: Float32Array) -> Decision:
-        """Return the greedy option and action, int64 [B] each; see `Agent.act`."""
-        states = _states(self._memory.observe(observations))
-        option = _best(self._option(states) + self._penalty)
-        return Decision(option, _best(self._action(states, _options(option))))
+        """Return the option, and the action given it, int64 [B] each; see `Agent.act`."""
+        features = self._memory.observe(observations)
+        option = self._select(features)
+        return Decision(option, self._pursue(features, option))
 
     @torch.no_grad()
     def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
-        """Return the greedy actions given the options, int64 [B]; see `HierarchicalAgent.act_with_option`."""
-        return _best(self._action(_states(self._memory.observe(observations)), _options(option)))
+        """Return the actions given the options, int64 [B]; see `HierarchicalAgent.act_with_option`."""
+        return self._pursue(self._memory.observe(observations), option)
 
     @torch.no_grad()
     def attention(self, observations: Float32Array, option: IntArray) -> Float32Array:
-        """Return the attention I(s, o) on the 11 state elements, float32 [B, 11], each row summing to 1."""
+        """Return the attention I(s, o) on the 11 state elements, float32 [B, 11], each row summing to 1.
+
+        Raises:
+            InputError: if the action level is given, and has no network to attend with.
+        """
+        if "action" not in self.method.levels:
+            raise InputError(f"method {self.method.id!r} has no attention: its action level is given")
         weights: Float32Array = self._action.attention(_states(observations), _options(option))[0].T.numpy()
         return weights
+
+    def _best_option(self, features: Float32Array) -> IntArray:
+        return _best(self._option(_states(features)) + self._penalty)
+
+    def _best_action(self, features: Float32Array, option: IntArray) -> IntArray:
+        return _best(self._action(_states(features), _options(option)))
+
+
+def frozen_actions(method: Method, scenario: Scenario, parameters: Parameters) -> Actions:
+    """Return the given action level of a method with `ffv`, whose parameters begin with `ffv.`."""
+    if method.ffv is None:
+        raise InputError(f"the action level of method {method.id!r} is learned, not given")
+    return given_actions(scenario, HierarchicalLearnedAgent(method.ffv, scenario, subset(parameters, FFV), {}))
 
 
 def describe(method: Method, scenario: Scenario, seed: int, env_steps: int) -> dict[str, Any]:
@@ -93,8 +123,8 @@ def make_agent(method: Method, scenario: Scenario, parameters: Parameters, metad
     return kind(method, scenario, parameters, metadata)
 
 
-def _states(observations: Float32Array) -> Tensor:
-    return torch.from_numpy(np.array(observations, np.float32, order="C")).unsqueeze(0).transpose(1, 2)
+def _states(features: Float32Array) -> Tensor:
+    return torch.from_numpy(np.array(features, np.float32, order="C")).unsqueeze(0).transpose(1, 2)
 
 
 def _options(option: IntArray) -> Tensor:

@@ -8,10 +8,11 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.adam import Adam
-from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN
+from hhrl_agents.algorithms import make_algorithm
 from hhrl_agents.base import BoolArray, Float32Array, FloatArray, IntArray
 from hhrl_agents.divergence import beyond_bound
 from hhrl_agents.exploration import Explorer
+from hhrl_agents.frozen import frozen_parameters
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
 from hhrl_agents.learning_rewards import discounts, level_rewards
 from hhrl_agents.memory import Traces
@@ -29,7 +30,6 @@ from hhrl_envs.errors import InputError
 from hhrl_envs.state import State, count, read, read_count
 
 _COUNTS = ("env_steps", "updates", "_reported_updates")
-ALGORITHMS: dict[bool, type[DoubleDQN] | type[HierarchicalDoubleDQN]] = {False: DoubleDQN, True: HierarchicalDoubleDQN}
 
 
 class Learner:
@@ -55,7 +55,8 @@ class Learner:
         self.env_steps = self.updates = 0
         shapes, place = method_shapes(method, scenario.num_actions), torch.device(device)
         self.stack = ParameterStack(shapes, generators(seeds, Purpose.INITIALISATION), place)
-        self.algorithm: Algorithm = ALGORITHMS[method.hierarchical](method, scenario, self.stack)
+        self._frozen = frozen_parameters(method)
+        self.algorithm = make_algorithm(method, scenario, self.stack, self._frozen)
         levels = self.algorithm.levels
         parts = [self.stack.part(f"{level}.") for level in levels]
         self._optimiser = Adam(self.stack.flat, parts, config.max_gradient_norm)
@@ -184,7 +185,7 @@ class Learner:
 
     def _policy(self, index: int, seed: int) -> LearnedAgent:
         metadata = describe(self.method, self.scenario, seed, self.env_steps)
-        return make_agent(self.method, self.scenario, self.stack.snapshot(index), metadata)
+        return make_agent(self.method, self.scenario, self.stack.snapshot(index) | self._frozen, metadata)
 
     def _count_outcomes(self) -> None:
         rows = np.flatnonzero(self._simulator.outcomes != Outcome.RUNNING)

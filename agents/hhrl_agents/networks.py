@@ -4,7 +4,6 @@ Networks are plain functions of a mapping from parameter names to tensors, so th
 target parameters, one seed or many. States are columns, [E, 11, K], and so are values; see `hhrl_agents.mlp`.
 """
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import torch
@@ -14,9 +13,11 @@ from hhrl_agents.double_dqn_config import DoubleDQNConfig
 from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP, Parameters, Shapes, Trace, linear, linear_backward, mlp_shapes
 from hhrl_envs import Option
-from hhrl_envs.observation import SIZE
+from hhrl_envs.observation import D_D, SIZE
 
 NUM_OPTIONS = len(Option)
+FFV = "ffv."
+"""What the names of a frozen FFV policy's parameters begin with."""
 
 
 class ActionTrace(NamedTuple):
@@ -40,13 +41,14 @@ class ActionNetwork:
 
     w = softmax(Linear(s) + Linear(o)) and s^I = 11 w * s, so that uniform attention leaves the state as it is;
     `config.attended` = "linear" is the figure's literal s^I = 11 w * Linear(s). Without attention s^I = s. The layers
-    read s^I beside the one-hot option.
+    read s^I beside the one-hot option. Without `config.sees_line` the last three elements of s, the stop-line's, are 0.
     """
 
     def __init__(self, parameters: Parameters, config: DoubleDQNConfig) -> None:
         self._values = MLP(subset(parameters, "values."), layer_norm=config.layer_norm)
         self._attention = subset(parameters, "attention.")
         self._of_linear = config.attended == "linear"
+        self._sees_line = config.sees_line
 
     @staticmethod
     def shapes(features: int, hidden: tuple[int, ...], num_actions: int, *, attention: bool) -> Shapes:
@@ -64,8 +66,9 @@ class ActionNetwork:
 
         states: [E, 11, K]; options: one-hot [E, 2, K].
         """
-        states = states[:, :SIZE]
-        return self._attend(states, options)[0] if self._attention else torch.full_like(states, 1 / SIZE)
+        if not self._attention:
+            return torch.full_like(states[:, :SIZE], 1 / SIZE)
+        return self._attend(self._seen(states), options)[0]
 
     def __call__(self, states: Tensor, options: Tensor) -> Tensor:
         """Return Q^a(s^I, o, .), [E, A, K], for states [E, 11, K] and one-hot options [E, 2, K]."""
@@ -73,6 +76,7 @@ class ActionNetwork:
 
     def trace(self, states: Tensor, options: Tensor) -> tuple[Tensor, ActionTrace]:
         """Return the action values, and what `backward` needs."""
+        states = self._seen(states)
         weights, attended = self._attend(states, options) if self._attention else (None, states)
         values, trace = self._values.trace(torch.cat((attended, options), 1))
         return values, ActionTrace(states, options, weights, attended, trace)
@@ -90,6 +94,13 @@ class ActionNetwork:
         if self._of_linear:
             scores_grad = scores_grad.addcmul_(attended_grad, trace.weights, value=SIZE)
         linear_backward(trace.states[:, :SIZE], scores_grad, into["state.weight"], into["state.bias"])
+
+    def _seen(self, states: Tensor) -> Tensor:
+        if self._sees_line:
+            return states
+        seen = _grouped(states.clone(memory_format=torch.contiguous_format))
+        seen[:, :, D_D:] = 0.0
+        return seen.flatten(1, 2)
 
     def _attend(self, states: Tensor, options: Tensor) -> tuple[Tensor, Tensor]:
         """Return I(s, o) and s^I, [E, 11, K] each."""
@@ -112,13 +123,21 @@ def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:
 
 
 def method_shapes(method: Method, num_actions: int) -> Shapes:
-    """Return the parameter shapes of all networks: those of `option.`, where there is one, then those of `action.`."""
+    """Return the parameter shapes of the networks of the method's learned levels, their names behind `option.` etc."""
     hidden, features = method.config.hidden, method.config.features
-    levels: Mapping[str, Shapes] = {"action": mlp_shapes(features, *hidden, num_actions)}
+    shapes = {
+        "option": mlp_shapes(features, *hidden, NUM_OPTIONS),
+        "action": mlp_shapes(features, *hidden, num_actions),
+    }
     if method.hierarchical:
-        action = ActionNetwork.shapes(features, hidden, num_actions, attention=method.attention)
-        levels = {"option": mlp_shapes(features, *hidden, NUM_OPTIONS), "action": action}
-    return {f"{level}.{name}": shape for level, shapes in levels.items() for name, shape in shapes.items()}
+        shapes["action"] = ActionNetwork.shapes(features, hidden, num_actions, attention=method.attention)
+    return {f"{level}.{name}": shape for level in method.levels for name, shape in shapes[level].items()}
+
+
+def frozen_shapes(method: Method, num_actions: int) -> Shapes:
+    """Return the parameter shapes of what the method does not learn: those of its FFV policy, behind `ffv.`."""
+    shapes = method_shapes(method.ffv, num_actions) if method.ffv else {}
+    return {f"{FFV}{name}": shape for name, shape in shapes.items()}
 
 
 def one_hot(options: Tensor) -> Tensor:

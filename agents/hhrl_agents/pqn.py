@@ -14,13 +14,13 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.adam import Adam
-from hhrl_agents.algorithms import LevelErrors
 from hhrl_agents.base import BoolArray, Float32Array, FloatArray, IntArray
 from hhrl_agents.exploration import GREEDY, Explorer
 from hhrl_agents.lambda_returns import lambda_returns
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
 from hhrl_agents.learners import linear
 from hhrl_agents.learning_rewards import discounts, level_rewards
+from hhrl_agents.levels import LevelErrors
 from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP

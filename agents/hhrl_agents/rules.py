@@ -30,13 +30,20 @@ class RuleAgent:
     def act(self, observations: Float32Array) -> Decision:
         """Return the rule's option and the controller's action, int64 [B] each; see `Agent.act`."""
         state = _si(observations)
-        chosen = np.where(self.follow(state), Option.FFV, Option.SSL).astype(np.int64)
-        option = np.where(self._mask[chosen], chosen, 1 - chosen)
+        option = self._select(state)
         return Decision(option, self._pursue(state, option))
+
+    def select(self, observations: Float32Array) -> IntArray:
+        """Return the rule's option alone, int64 [B], for observations float32 [B, 11]."""
+        return self._select(_si(observations))
 
     def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
         """Return the option's controller's actions, int64 [B]; see `HierarchicalAgent.act_with_option`."""
         return self._pursue(_si(observations), option)
+
+    def _select(self, state: FloatArray) -> IntArray:
+        chosen = np.where(self.follow(state), Option.FFV, Option.SSL).astype(np.int64)
+        return np.where(self._mask[chosen], chosen, 1 - chosen)
 
     def _pursue(self, state: FloatArray, option: IntArray) -> IntArray:
         wanted = np.where(option == Option.FFV, self._follow_controller(state), self._stop_controller(state))

@@ -7,8 +7,9 @@ import torch
 from torch import Tensor
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN, double_q
+from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN
 from hhrl_agents.exploration import GREEDY
+from hhrl_agents.levels import double_q
 from hhrl_agents.networks import method_shapes
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.replay import ACTION, OPTION, Batch

@@ -117,12 +117,10 @@ def test_the_literal_readings_are_settings(reading: dict[str, Any]) -> None:
 
 
 def test_an_algorithm_has_its_own_config_and_only_double_dqn_a_hierarchy() -> None:
-    with pytest.raises(
-        InputError, match=r"config of method 'ppo' is 3; write one of: DoubleDQNConfig, PQNConfig, PPOConfig"
-    ):
+    with pytest.raises(InputError, match=r"config of method 'ppo' is 3; write one of: DoubleDQNConfig, PQNConfig"):
         Method("ppo", config=3)
-    with pytest.raises(InputError, match="give it a DoubleDQNConfig"):
-        replace(METHODS["ppo"], hierarchical=True)
+    with pytest.raises(InputError, match="write a DoubleDQNConfig to have options"):
+        replace(METHODS["ppo"], option="learned")
 
 
 def test_unknown_entries_are_refused() -> None:

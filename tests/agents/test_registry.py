@@ -76,7 +76,7 @@ def test_only_hierarchical_agents_take_an_option(name: str) -> None:
             assert ((action >= 0) & (action < scenario.num_actions)).all()
 
 
-@pytest.mark.parametrize("name", [name for name, method in METHODS.items() if method.hierarchical])
+@pytest.mark.parametrize("name", [name for name, m in METHODS.items() if m.hierarchical and "action" in m.levels])
 def test_learned_agents_show_their_attention(name: str) -> None:
     scenario = get_scenario("stop-line-v0")
     agent, observations = agent_of(name, scenario), observations_of(scenario, 7)
