@@ -31,7 +31,7 @@ class Traces:
         self._fresh = read(state, "fresh", self._fresh).copy()
 
     def begin(self, mask: BoolArray) -> None:
-        """Return nothing; forget the rows of `mask`, bool [B], and all rows if their number is another one."""
+        """Return nothing; forget the rows of `mask`, bool [B]; all rows if their number changes."""
         if len(mask) != len(self._fresh):
             self._fresh = np.ones(len(mask), np.bool_)
             self._traces = np.zeros((len(mask), *self._traces.shape[1:]), np.float32)
@@ -44,6 +44,8 @@ class Traces:
         """
         if not self._rates.size:
             return observations
+        if len(observations) != len(self._fresh):
+            self.begin(np.ones(len(observations), np.bool_))
         rates = np.where(self._fresh[:, None, None], np.float32(1.0), self._rates)
         if rows is not None:
             rates = np.where(rows[:, None, None], rates, np.float32(0.0))
