@@ -1,30 +1,37 @@
-"""Environment steps a second of training, acting and learning together, with one torch thread.
+"""Environment steps a second of training next to Stable-Baselines3's DQN, and the price of the hierarchy.
 
-Stacked seeds share every tensor operation: the figure to compare is the time of a whole stack with that of one seed.
+Stacked seeds share every tensor operation, so a stack is measured in the steps of all its seeds.
 """
 
-from dataclasses import replace
+from collections.abc import Iterator
 
-import numpy as np
 import pytest
 import torch
-from pytest_benchmark.fixture import BenchmarkFixture
 
-from hhrl_agents import METHODS
-from hhrl_agents.learners import Learner
-from hhrl_envs import get_scenario
+from benchmarks.learners import arithmetic, learner, sb3_dqn
+from benchmarks.systems import Compare, Report
 
-STEPS = 4_000
+pytestmark = pytest.mark.usefixtures("one_core", "one_thread")
 
 
-@pytest.mark.parametrize("seeds", [1, 5])
-@pytest.mark.parametrize("name", ["ddqn", "hybrid-hrl"])
-def test_training_steps(benchmark: BenchmarkFixture, name: str, seeds: int) -> None:
+@pytest.fixture
+def one_thread() -> Iterator[None]:
+    threads = torch.get_num_threads()
     torch.set_num_threads(1)
-    method = replace(METHODS[name], config=replace(METHODS[name].config, warmup=METHODS[name].config.n_envs))
-    worlds = np.arange(seeds * method.config.n_envs, dtype=np.uint64).reshape(seeds, -1)
-    learner = Learner(method, get_scenario("stop-line-v0"), range(seeds), worlds)
-    list(learner.train(STEPS))  # compiles, and fills the replay
-    benchmark.extra_info["env_steps"] = seeds * STEPS
-    benchmark.extra_info["updates"] = STEPS // method.config.steps_per_update
-    benchmark(lambda: list(learner.train(learner.env_steps + STEPS)))
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.mark.parametrize(("hidden", "seeds", "bar"), [(64, 1, 2.0), (64, 10, 7.0), (128, 1, 1.5), (128, 10, 3.0)])
+def test_ddqn_next_to_sb3(compare: Compare, hidden: int, seeds: int, bar: float) -> None:
+    compare(learner("ddqn", seeds, hidden), sb3_dqn(hidden), bar=bar, rounds=5)
+
+
+@pytest.mark.parametrize("seeds", [1, 10])
+def test_hybrid_hrl_next_to_ddqn(compare: Compare, seeds: int) -> None:
+    compare(learner("hybrid-hrl", seeds), learner("ddqn", seeds), bar=0.33, rounds=5)
+
+
+def test_hybrid_hrl_plus_next_to_ddqn_plus(compare: Compare, report: Report) -> None:
+    compare(learner("hybrid-hrl-plus", 10), learner("ddqn-plus", 10), bar=0.33, rounds=5)
+    report("matrix products", "", arithmetic(), "", "", "")
