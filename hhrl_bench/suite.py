@@ -33,7 +33,7 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
         for suite in (
             Suite(
                 "quick",
-                agents=("rule-1", "rule-2", "rule-3", "rule-4", "rule-plus", "ddqn", "hybrid-hrl"),
+                agents=("rule-1", "rule-2", "rule-3", "rule-4", "rule-plus", "ddqn", "hybrid-hrl", "hybrid-hrl-plus"),
                 tasks=("stop-line-v0",),
                 episodes=1000,
             ),
