@@ -122,11 +122,12 @@ def _train(
         int | None, typer.Option(min=1, help="Steps for each seed.", show_default="the task's budget")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="runs/METHOD/TASK")] = None,
+    device: Annotated[str, typer.Option(help="Where torch computes, cpu or cuda.")] = "cpu",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a training that was stopped.")] = False,
     tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write TensorBoard event files too.")] = False,
 ) -> None:
     """Train a method; keep each seed's best policy on validation episodes, and its last; exit code 1 if one fails."""
-    held = _commands().train(method, task, seeds, env_steps, out, resume=resume, tensorboard=tensorboard)
+    held = _commands().train(method, task, seeds, env_steps, out, device, resume=resume, tensorboard=tensorboard)
     raise typer.Exit(0 if held else 1)
 
 

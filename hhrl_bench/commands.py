@@ -45,7 +45,15 @@ def list_registered(what: str | None, *, as_json: bool) -> None:
 
 
 def train(
-    method: str, task: str, seeds: str, env_steps: int | None, out: Path | None, *, resume: bool, tensorboard: bool
+    method: str,
+    task: str,
+    seeds: str,
+    env_steps: int | None,
+    out: Path | None,
+    device: str,
+    *,
+    resume: bool,
+    tensorboard: bool,
 ) -> bool:
     """Return whether no seed failed; train, validate and save; the run directory's name goes to stdout."""
     require("torch", "torch")
@@ -53,7 +61,7 @@ def train(
 
     chosen = get_task(task)
     folder = out or Path("runs") / method / chosen.id
-    plan = training.Plan(method, chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder)
+    plan = training.Plan(method, chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder, device)
     if resume and RunDirectory(folder).finished(plan.seeds):
         typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
     try:

@@ -14,7 +14,7 @@ from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.files import write_atomically
 from hhrl_agents.learned import LearnedAgent
 from hhrl_agents.progress import Progress
-from hhrl_agents.training import make_learner
+from hhrl_agents.training import make_learner, require_device
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import play
 from hhrl_bench.metrics import finite, means
@@ -36,16 +36,18 @@ VALIDATION_EPISODES = 256
 
 @dataclass(frozen=True)
 class Plan:
-    """What to train, for how many environment steps a seed, and the run directory to fill."""
+    """What to train, for how many environment steps a seed, the run directory to fill, and where torch computes."""
 
     method: str
     task: Task
     seeds: tuple[int, ...]
     env_steps: int
     folder: Path
+    device: str = "cpu"
 
     def __post_init__(self) -> None:
-        """Reject a method that is not registered."""
+        """Reject a method that is not registered, and a device that is not there."""
+        require_device(self.device)
         if self.method not in METHODS:
             raise AgentError(f"unknown method {self.method!r}; write one of: {', '.join(METHODS)}")
 
@@ -54,7 +56,8 @@ class Plan:
         """The command that trains the same again."""
         words = ["hhrl-bench", "train", self.method, "--task", self.task.id, "--seeds", format_seeds(self.seeds)]
         budget = [] if self.env_steps == self.task.env_steps else ["--env-steps", str(self.env_steps)]
-        return shlex.join([*words, *budget])
+        device = [] if self.device == "cpu" else ["--device", self.device]
+        return shlex.join([*words, *budget, *device])
 
     def config(self) -> dict[str, Any]:
         """Return what all seeds of the run share, as JSON data."""
@@ -66,6 +69,7 @@ class Plan:
             "scenario": scenario.id,
             "spec_hash": scenario.spec_hash,
             "env_steps": self.env_steps,
+            "device": self.device,
             "validation_episodes": VALIDATION_EPISODES,
         }
 
@@ -105,7 +109,7 @@ class _Training:
         self._plan, self._directory = plan, directory
         self._scenario = get_scenario(plan.task.scenario)
         worlds = _world_seeds(plan, method.config.n_envs)
-        self._learner = make_learner(method, self._scenario, plan.seeds, worlds)
+        self._learner = make_learner(method, self._scenario, plan.seeds, worlds, plan.device)
         self._runs = [SeedRun(seed) for seed in plan.seeds]
         self._state_path = directory.state(plan.seeds)
         self._file = StateFile(self._state_path, plan.config())

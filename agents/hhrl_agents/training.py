@@ -4,27 +4,50 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
+import torch
 
 from hhrl_agents.learners import Learner
 from hhrl_agents.methods import Method
 from hhrl_agents.pqn import PQNLearner
 from hhrl_agents.progress import TrainableStack
 from hhrl_envs import Scenario
+from hhrl_envs.errors import InputError, require_value
 from hhrl_envs.extras import require
 
 
 def make_learner(
-    method: Method, scenario: Scenario, seeds: Sequence[int], world_seeds: npt.NDArray[np.uint64]
+    method: Method,
+    scenario: Scenario,
+    seeds: Sequence[int],
+    world_seeds: npt.NDArray[np.uint64],
+    device: str = "cpu",
 ) -> TrainableStack:
     """Return the learner of the method's algorithm; see `Learner` for the arguments.
 
     Raises:
         MissingExtraError: if the algorithm is a library's that is not installed.
+        InputError: if torch has no such device, or the algorithm does not use it.
     """
+    require_device(device)
     if method.algorithm == "ppo":
+        require_value(device == "cpu", "device", repr(device), "cpu: PPO's small networks gain nothing from another")
         require("stable_baselines3", "sb3")
         from hhrl_agents.ppo import PPOLearner  # noqa: PLC0415
 
         return PPOLearner(method, scenario, seeds, world_seeds)
     kind = PQNLearner if method.algorithm == "pqn" else Learner
-    return kind(method, scenario, seeds, world_seeds)
+    return kind(method, scenario, seeds, world_seeds, device)
+
+
+def require_device(device: str) -> None:
+    """Return nothing; try that torch can compute on the device.
+
+    Raises:
+        InputError: if it cannot.
+    """
+    try:
+        torch.zeros(1, device=device).cpu()
+    except (RuntimeError, AssertionError) as error:
+        raise InputError(
+            f"torch cannot compute on device {device!r}; write cpu, or cuda where there is a GPU"
+        ) from error
