@@ -7,7 +7,7 @@ import torch
 
 from hhrl_agents import METHODS
 from hhrl_agents.double_dqn_config import DoubleDQNConfig
-from hhrl_agents.mlp import MLP, mlp_shapes
+from hhrl_agents.mlp import MLP, Shapes, mlp_shapes
 from hhrl_agents.networks import ActionNetwork, frozen_shapes, mask_penalty, method_shapes, one_hot, subset
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.seeding import Purpose, generators
@@ -172,7 +172,7 @@ def test_a_masked_option_is_never_the_best() -> None:
 def test_levels_of_the_methods(name: str) -> None:
     method = replace(METHODS[name], config=replace(METHODS[name].config, hidden=(7,)))
     features = SIZE * (1 + len(method.config.memory))
-    expected = {}
+    expected: Shapes = {}
     if "option" in method.levels:
         expected |= {f"option.{key}": shape for key, shape in mlp_shapes(features, 7, 2).items()}
     if "action" in method.levels and method.hierarchical:
