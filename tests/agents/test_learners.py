@@ -59,7 +59,7 @@ def stored(learner: Learner, count: int) -> Batch:
 
 def joined_steps(learner: Learner, steps: int) -> int:
     """How many multi-step transitions every environment has after so many steps."""
-    return steps - learner.method.config.n_steps + 1
+    return steps - int(learner.method.config.n_steps) + 1
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -93,10 +93,10 @@ def level_rewards_of(method: Method, simulator: Simulator, options: NDArray[np.i
     """The rewards of both levels, [n, 2]; those without hybrid reward written out."""
     if method.hybrid_reward:
         return level_rewards(method, simulator, options)
-    unsmooth, late = simulator.terms[:, UNSMOOTH], simulator.terms[:, TIMEOUT]
-    task = simulator.rewards - (1.0 - method.config.jerk_weight) * unsmooth
-    task = task - late if method.config.timeout == "truncation" else task
-    return np.stack((task, task), axis=1) * method.config.reward_scale
+    task = simulator.rewards - (1.0 - method.config.jerk_weight) * simulator.terms[:, UNSMOOTH]
+    task = task - simulator.terms[:, TIMEOUT] if method.config.timeout == "truncation" else task
+    rewards: NDArray[np.float64] = np.stack((task, task), axis=1) * method.config.reward_scale
+    return rewards
 
 
 def replayed(learner: Learner, index: int, batch: Batch) -> list[Played]:
@@ -131,7 +131,7 @@ def test_what_is_stored_are_the_simulator_s_steps_joined(name: str) -> None:
         played = replayed(learner, index, batch)
         assert np.stack([step.ended for step in played]).any()
         for begin, env in np.ndindex(count - n_steps + 1, N_ENVS):
-            k, total, discount = begin * N_ENVS + env, np.zeros(2), 1.0
+            k, total, discount = begin * N_ENVS + env, np.zeros(2), np.ones(())
             for step in played[begin : begin + n_steps]:
                 total, discount = total + discount * step.rewards[env], discount * step.discounts[env]
                 if step.ended[env]:

@@ -13,6 +13,7 @@ torch = pytest.importorskip("torch")
 
 from hhrl_agents.files import OutputError  # noqa: E402
 from hhrl_agents.learned import LearnedAgent  # noqa: E402
+from hhrl_agents.methods import Method  # noqa: E402
 from hhrl_agents.training import make_learner  # noqa: E402
 from hhrl_bench import train as training  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
@@ -116,9 +117,9 @@ def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
 def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     learned, validated = [], []
 
-    def watched(*arguments: Any) -> Any:
-        learned.append(arguments[-1])
-        return make_learner(*arguments)
+    def watched(method: Method, world: Scenario, seeds: Any, world_seeds: Any, device: str) -> Any:
+        learned.append(world_seeds)
+        return make_learner(method, world, seeds, world_seeds, device)
 
     def play(agent: LearnedAgent, scenario: Scenario, seeds: np.ndarray[Any, Any], **kwargs: Any) -> Any:
         validated.append(seeds)
