@@ -13,10 +13,14 @@ Rows = list[dict[str, Any]]
 
 
 def agents() -> Rows:
-    """Return the rule agents and the learned methods, with the number of trained seeds that come with the package."""
+    """Return the rule agents, and the learned methods: how many trained seeds come with the package, what they are."""
     shipped = shipped_methods()
-    rules = [{"id": name, "kind": "rule", "shipped_seeds": None} for name in RULES]
-    return [*rules, *({"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0)} for name in METHODS)]
+    rules = [{"id": name, "kind": "rule", "shipped_seeds": None, "summary": None} for name in RULES]
+    learned = [
+        {"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0), "summary": method.summary}
+        for name, method in METHODS.items()
+    ]
+    return [*rules, *learned]
 
 
 def tasks() -> Rows:

@@ -9,7 +9,6 @@ from torch import Tensor
 from hhrl_agents import METHODS
 from hhrl_agents.algorithms import Algorithm, DoubleDQN, HierarchicalDoubleDQN
 from hhrl_agents.exploration import GREEDY
-from hhrl_agents.levels import double_q
 from hhrl_agents.networks import method_shapes
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.replay import ACTION, OPTION, Batch
@@ -31,6 +30,9 @@ VARIANTS = pytest.mark.parametrize(
         ("hybrid-hrl", {}),
         ("hybrid-hrl", {"attended": "linear"}),
         ("hybrid-hrl", {"layer_norm": True}),
+        ("hybrid-hrl", {"sees_line": False, "advantage_learning": 0.9}),
+        ("hybrid-hrl", {"memory": (0.1, 0.03), "advantage_learning": 0.5}),
+        ("ddqn", {"memory": (0.5,), "advantage_learning": 0.3, "layer_norm": True}),
     ],
 )
 
@@ -42,7 +44,9 @@ class Subject:
         method = METHODS[name]
         method = replace(method, config=replace(method.config, hidden=(16, 12), **config))
         shapes, streams = method_shapes(method, scenario.num_actions), generators(SEEDS, Purpose.INITIALISATION)
-        self.config = config
+        self.features, self.alpha = method.config.features, method.config.advantage_learning
+        plain = ("attended", "layer_norm", "sees_line")
+        self.config = {name: config[name] for name in plain if name in config}
         self.stack = ParameterStack(shapes, streams, torch.device("cpu"))
         rng = np.random.default_rng(1)
         for flat in (self.stack.flat, self.stack.flat_target):
@@ -54,30 +58,33 @@ class Subject:
         return plain_networks.leaves(self.stack.both, e + target * len(SEEDS), f"{level}.")
 
     def values(self, leaves: plain_networks.Leaves, s: Tensor, options: Tensor | None = None) -> Tensor:
-        """One level's values [K, C] of the states [K, 11]; `options` [K] for the action level of a hierarchy."""
+        """One level's values [K, C] of the states [K, features]; `options` [K] for the action level of a hierarchy."""
         if options is None:
             return plain_networks.mlp(leaves, s, layer_norm=self.config.get("layer_norm", False))
         return plain_networks.action_values(leaves, s, torch.eye(2).double()[options], **self.config)
 
 
-def batch_of(rng: np.random.Generator) -> Batch:
+def batch_of(rng: np.random.Generator, size: int = SIZE) -> Batch:
     def normal(features: int) -> Tensor:
         return torch.from_numpy(rng.normal(size=(len(SEEDS), features, SIZE_K)).astype(np.float32))
 
     shape = (len(SEEDS), 1, SIZE_K)
     return Batch(
-        observations=normal(SIZE),
+        observations=normal(size),
         options=torch.from_numpy(rng.integers(0, 2, shape)),
         actions=torch.from_numpy(rng.integers(0, MAIN.num_actions, shape)),
         option_rewards=normal(1),
         action_rewards=normal(1),
         discounts=torch.from_numpy(rng.choice([0.0, 0.97], shape).astype(np.float32)),
-        next_observations=normal(SIZE),
+        next_observations=normal(size),
     )
 
 
 def expected_errors(subject: Subject, batch: Batch, e: int) -> list[tuple[Tensor, plain_networks.Leaves]]:
-    """The errors Y - Q of each level, [K], written out sample by sample, and the leaves that Q depends on."""
+    """The errors Y - Q of each level, [K], written out sample by sample, and the leaves that Q depends on.
+
+    Advantage learning takes alpha (max Q' - Q') of the target network at the states themselves off Y.
+    """
     s, following = plain_networks.rows(batch.observations, e), plain_networks.rows(batch.next_observations, e)
     given: dict[str, Tensor | None] = {"option": None, "action": None}
     best: dict[str, Tensor | None] = {"option": None, "action": None}
@@ -92,9 +99,11 @@ def expected_errors(subject: Subject, batch: Batch, e: int) -> list[tuple[Tensor
         if level == "option":
             best["action"] = star
         values, aims = subject.values(online, s, given[level]), subject.values(target, following, best[level])
+        here = subject.values(target, s, given[level]).detach()
         errors = [
             rewards[level][e, 0, k].double()
             + batch.discounts[e, 0, k].double() * aims[k, star[k]].detach()
+            - subject.alpha * (here[k].max() - here[k, chosen[level][k]])
             - values[k, chosen[level][k]]
             for k in range(SIZE_K)
         ]
@@ -102,15 +111,10 @@ def expected_errors(subject: Subject, batch: Batch, e: int) -> list[tuple[Tensor
     return found
 
 
-def test_double_q_takes_the_target_s_value_of_the_online_s_choice() -> None:
-    online, target = torch.tensor([[[1.0], [5.0], [2.0]]]), torch.tensor([[[10.0], [20.0], [30.0]]])
-    best, value = double_q(torch.cat((online, target)))
-    assert (best.item(), value.item()) == (1, 20.0)
-
-
 @VARIANTS
 def test_errors_are_those_of_double_dqn_at_every_level(name: str, config: dict[str, Any]) -> None:
-    subject, batch = Subject(name, **config), batch_of(np.random.default_rng(0))
+    subject = Subject(name, **config)
+    batch = batch_of(np.random.default_rng(0), subject.features)
     levels = subject.algorithm.td_errors(batch)
     for e in range(len(SEEDS)):
         for level, (errors, _) in zip(levels, expected_errors(subject, batch, e), strict=True):
@@ -131,7 +135,8 @@ def test_a_terminal_step_s_target_is_its_reward() -> None:
 @VARIANTS
 @pytest.mark.parametrize("part", [slice(0, SIZE_K), slice(2, 5)])
 def test_losses_and_gradients_are_the_weighted_squared_errors(name: str, config: dict[str, Any], part: slice) -> None:
-    subject, batch = Subject(name, **config), batch_of(np.random.default_rng(0))
+    subject = Subject(name, **config)
+    batch = batch_of(np.random.default_rng(0), subject.features)
     size = part.stop - part.start
     weights = torch.from_numpy(np.random.default_rng(3).random((len(SEEDS), 1, size)).astype(np.float32))
     losses = [level.backward(part, weights) for level in subject.algorithm.td_errors(batch)]

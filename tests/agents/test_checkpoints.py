@@ -13,6 +13,7 @@ from safetensors.torch import save_file
 from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.checkpoints import CheckpointError
 from hhrl_agents.files import OutputError
+from hhrl_agents.frozen import frozen_parameters
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
 from hhrl_agents.networks import method_shapes
 from hhrl_agents.parameters import ParameterStack
@@ -26,7 +27,8 @@ MAIN = get_scenario("stop-line-v0")
 def agent_of(name: str, seed: int = 4) -> LearnedAgent:
     method, streams = METHODS[name], generators([seed], Purpose.INITIALISATION)
     stack = ParameterStack(method_shapes(method, MAIN.num_actions), streams, torch.device("cpu"))
-    return make_agent(method, MAIN, stack.snapshot(0), describe(method, MAIN, seed, 1_000))
+    parameters = stack.snapshot(0) | frozen_parameters(method)
+    return make_agent(method, MAIN, parameters, describe(method, MAIN, seed, 1_000))
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """What every registered method does: it trains on its task, and its checkpoint alone gives the trained agent back."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,31 +8,37 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS, checkpoints, frozen
-from hhrl_agents.learners import Learner
 from hhrl_agents.methods import Method
+from hhrl_agents.progress import TrainableStack
+from hhrl_agents.training import make_learner
 from hhrl_envs import Scenario, Simulator, get_scenario
+from support.configs import small_methods
 
 SMALL: dict[str, Any] = {
     "hidden": (16, 16),
     "n_envs": 4,
-    "batch_size": 8,
+    "batch_size": 20,
     "replay_capacity": 1_000,
     "warmup": 100,
+    "rollout_steps": 25,
+    "epochs": 2,
+    "minibatches": 4,
     "report_every": 100,
 }
-
-
-def small(name: str) -> Method:
-    return replace(METHODS[name], config=replace(METHODS[name].config, **SMALL))
+SMALL_METHODS = small_methods(SMALL)
+STEPS = 300
+UPDATES = {"double-dqn": (STEPS - 100) // 4, "pqn": STEPS // 100 * 2 * 4, "ppo": STEPS // 100 * 2 * (100 // 20)}
 
 
 def scenario_of(name: str) -> Scenario:
     return get_scenario("follow-v0" if name == "follow-only" else "stop-line-v0")
 
 
-def trained(name: str) -> Learner:
-    learner = Learner(small(name), scenario_of(name), (3, 5), np.arange(8, dtype=np.uint64).reshape(2, 4))
-    assert [set(report.losses) for report in learner.train(300)] == [set(METHODS[name].levels)] * 3
+def trained(name: str) -> TrainableStack:
+    method, worlds = SMALL_METHODS[name], np.arange(8, dtype=np.uint64).reshape(2, 4)
+    learner = make_learner(method, scenario_of(name), (3, 5), worlds)
+    losses = {"policy", "value"} if method.algorithm == "ppo" else set(method.levels)
+    assert [set(report.losses) for report in learner.train(STEPS)] == [losses] * 3
     return learner
 
 
@@ -42,21 +47,24 @@ def test_a_method_trains_and_its_checkpoint_is_the_agent(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     learner, again = trained(name), trained(name)
-    assert learner.updates == (300 - 100) // 4
-    assert torch.equal(learner.stack.flat, again.stack.flat)
+    assert learner.updates == again.updates == UPDATES[METHODS[name].algorithm]
+    assert learner.env_steps == STEPS
+    for policy, same in zip(learner.policies(), again.policies(), strict=True):
+        assert policy.parameters.keys() == same.parameters.keys()
+        assert all(torch.equal(value, same.parameters[key]) for key, value in policy.parameters.items())
     agent, path = learner.policies()[1], tmp_path / "seed-5.safetensors"
     checkpoints.save(path, agent)
     monkeypatch.setattr(frozen, "SHIPPED", tmp_path / "nowhere")
     loaded = checkpoints.load(path)
-    assert loaded.method == agent.method
-    simulator = Simulator(learner.scenario, 9)
+    assert loaded.method == agent.method == SMALL_METHODS[name]
+    simulator = Simulator(agent.scenario, 9)
     simulator.reset(np.arange(9))
     for _ in range(50):
         ours, theirs = agent.act(simulator.observations), loaded.act(simulator.observations)
         np.testing.assert_array_equal(ours.option, theirs.option)
         np.testing.assert_array_equal(ours.action, theirs.action)
         assert np.isin(ours.option, np.arange(2) if agent.method.hierarchical else [-1]).all()
-        assert ((ours.action >= 0) & (ours.action < learner.scenario.num_actions)).all()
+        assert ((ours.action >= 0) & (ours.action < agent.scenario.num_actions)).all()
         simulator.step(ours.action)
 
 

@@ -1,21 +1,24 @@
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 import torch
+from numpy.typing import NDArray
 
 from hhrl_agents import METHODS
 from hhrl_agents.exploration import GREEDY
 from hhrl_agents.learned import LearnedAgent
 from hhrl_agents.learners import Learner, linear
+from hhrl_agents.learning_rewards import level_rewards
+from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.progress import Progress
 from hhrl_agents.replay import Batch
 from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs.observation import SIZE
-from hhrl_envs.rewards import TIMEOUT
+from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
 
 MAIN = get_scenario("stop-line-v0")
 NAMES = [name for name, method in METHODS.items() if method.algorithm == "double-dqn"]
@@ -54,39 +57,90 @@ def stored(learner: Learner, count: int) -> Batch:
     return learner._replay.gather(indices)
 
 
+def joined_steps(learner: Learner, steps: int) -> int:
+    """How many multi-step transitions every environment has after so many steps."""
+    return steps - int(learner.method.config.n_steps) + 1
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_transitions_follow_each_other(name: str) -> None:
-    steps = 160
-    learner, _ = trained(small(name), steps=steps * N_ENVS)
-    batch = stored(learner, steps * N_ENVS)
-    first = batch.observations.transpose(1, 2).reshape(2, steps, N_ENVS, -1)
-    second = batch.next_observations.transpose(1, 2).reshape(2, steps, N_ENVS, -1)
-    goes_on = batch.discounts.reshape(2, steps, N_ENVS)[:, :-1] > 0
-    follows = (second[:, :-1] == first[:, 1:]).all(-1)
+    steps, n_steps = 160, METHODS[name].config.n_steps
+    learner, _ = trained(small(name, final_epsilon=1.0), steps=steps * N_ENVS)
+    count = joined_steps(learner, steps)
+    assert learner._replay.stored == count * N_ENVS
+    batch, shape = stored(learner, count * N_ENVS), (2, count, N_ENVS, learner.method.config.features)
+    first = batch.observations.transpose(1, 2).reshape(shape)
+    second = batch.next_observations.transpose(1, 2).reshape(shape)
+    goes_on = batch.discounts.reshape(shape[:3])[:, :-n_steps] > 0
+    follows = (second[:, :-n_steps] == first[:, n_steps:]).all(-1)
     assert follows[goes_on].float().mean() > 0.99
     assert not follows[~goes_on].any()
     moved = (first != second).any(-1)
     assert moved.float().mean() > 0.9
 
 
+class Played(NamedTuple):
+    """What one step of every environment of a seed has been, by replaying its world."""
+
+    features: NDArray[np.float32]
+    rewards: NDArray[np.float64]
+    discounts: NDArray[np.float64]
+    next_features: NDArray[np.float32]
+    ended: NDArray[np.bool_]
+
+
+def level_rewards_of(method: Method, simulator: Simulator, options: NDArray[np.int64]) -> NDArray[np.float64]:
+    """The rewards of both levels, [n, 2]; those without hybrid reward written out."""
+    if method.hybrid_reward:
+        return level_rewards(method, simulator, options)
+    task = simulator.rewards - (1.0 - method.config.jerk_weight) * simulator.terms[:, UNSMOOTH]
+    task = task - simulator.terms[:, TIMEOUT] if method.config.timeout == "truncation" else task
+    rewards: NDArray[np.float64] = np.stack((task, task), axis=1) * method.config.reward_scale
+    return rewards
+
+
+def replayed(learner: Learner, index: int, batch: Batch) -> list[Played]:
+    """Every step of a seed's worlds, driven as the stored transitions say."""
+    method, played = learner.method, list[Played]()
+    simulator, memory = Simulator(learner.scenario, N_ENVS), Traces(method.config.memory)
+    simulator.reset(np.arange(N_ENVS) + learner.seeds[index] * N_ENVS)
+    goes_on = {Outcome.RUNNING, Outcome.TIMEOUT} if method.config.timeout == "truncation" else {Outcome.RUNNING}
+    features = memory.observe(simulator.observations.copy())
+    for step in range(batch.actions.shape[2] // N_ENVS):
+        columns = slice(step * N_ENVS, (step + 1) * N_ENVS)
+        simulator.step(batch.actions[index, 0, columns].numpy())
+        rewards = level_rewards_of(method, simulator, batch.options[index, 0, columns].numpy())
+        discounts = np.where(np.isin(simulator.outcomes, list(goes_on)), method.config.gamma, 0.0)
+        ended, following = simulator.outcomes != Outcome.RUNNING, memory.observe(simulator.observations.copy())
+        played.append(Played(features, rewards, discounts, following, ended))
+        simulator.reset_done()
+        memory.begin(ended)
+        features = memory.observe(simulator.observations.copy(), ended)
+    return played
+
+
 @pytest.mark.parametrize("name", NAMES)
-def test_the_stored_rewards_are_the_simulator_s(name: str) -> None:
-    method = small(name, warmup=100)
-    learner, _ = trained(method, steps=80)
-    batch = stored(learner, 80)
-    for index, seed in enumerate(learner.seeds):
-        replayed = Simulator(MAIN, N_ENVS)
-        replayed.reset(np.arange(N_ENVS) + seed * N_ENVS)
-        for step in range(20):
-            columns = slice(step * N_ENVS, (step + 1) * N_ENVS)
-            np.testing.assert_array_equal(batch.observations[index, :, columns].T, replayed.observations)
-            replayed.step(batch.actions[index, 0, columns].numpy())
-            np.testing.assert_array_equal(batch.next_observations[index, :, columns].T, replayed.observations)
-            if not method.hybrid_reward:
-                scaled = replayed.rewards * method.config.reward_scale
-                for rewards in (batch.option_rewards, batch.action_rewards):
-                    np.testing.assert_allclose(rewards[index, 0, columns], scaled, rtol=1e-5)
-            replayed.reset_done()
+def test_what_is_stored_are_the_simulator_s_steps_joined(name: str) -> None:
+    """Also where the time limit cuts, every transition is the one that a plain loop over the replayed steps gives."""
+    steps, scenario = 20, replace(MAIN, id="short", horizon=7, feasible_only=False)
+    learner = learner_of(small(name, warmup=100), scenario=scenario)
+    list(learner.train(steps * N_ENVS))
+    count, n_steps = joined_steps(learner, steps), learner.method.config.n_steps
+    batch = stored(learner, count * N_ENVS)
+    for index in range(len(learner.seeds)):
+        played = replayed(learner, index, batch)
+        assert np.stack([step.ended for step in played]).any()
+        for begin, env in np.ndindex(count - n_steps + 1, N_ENVS):
+            k, total, discount = begin * N_ENVS + env, np.zeros(2), np.ones(())
+            for step in played[begin : begin + n_steps]:
+                total, discount = total + discount * step.rewards[env], discount * step.discounts[env]
+                if step.ended[env]:
+                    break
+            found = [batch.option_rewards[index, 0, k].item(), batch.action_rewards[index, 0, k].item()]
+            assert found == pytest.approx(total, rel=1e-5, abs=1e-6)
+            assert batch.discounts[index, 0, k].item() == pytest.approx(discount, rel=1e-6)
+            np.testing.assert_array_equal(batch.observations[index, :, k], played[begin].features[env])
+            np.testing.assert_array_equal(batch.next_observations[index, :, k], step.next_features[env])
 
 
 @pytest.mark.parametrize(
@@ -214,6 +268,30 @@ def test_policies_act_as_their_seed_does_in_the_stack(name: str, config: dict[st
         assert (decided.action == actions[e]).mean() > 0.98
         for parameter, value in policy.parameters.items():
             assert torch.equal(value[0], learner.stack.online[parameter][e])
+
+
+@pytest.mark.parametrize("name", ["ddqn-plus", "hybrid-hrl-plus"])
+def test_policies_remember_what_their_learner_does(name: str) -> None:
+    learner, rows = trained(small(name))[0], 50
+    simulator, memory = (
+        Simulator(replace(MAIN, id="short", horizon=30, feasible_only=False), rows),
+        Traces(learner.method.config.memory),
+    )
+    greedy = [np.full((2, rows), GREEDY)] * len(learner.algorithm.levels)
+    for e, policy in enumerate(learner.policies()):
+        simulator.reset(np.arange(rows))
+        begins, agreed = np.ones(rows, np.bool_), list[float]()
+        for _ in range(40):
+            policy.reset(begins)
+            memory.begin(begins)
+            features = memory.observe(simulator.observations.copy())
+            options, actions = learner.algorithm.choose(np.stack((features, features)), greedy)
+            decided = policy.act(simulator.observations)
+            agreed.append(((decided.option == options[e]) & (decided.action == actions[e])).mean())
+            simulator.step(decided.action)
+            begins = simulator.outcomes != Outcome.RUNNING
+            simulator.reset_done()
+        assert np.mean(agreed) > 0.98
 
 
 def test_progress_counts_every_episode_and_every_step() -> None:

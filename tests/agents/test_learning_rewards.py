@@ -1,5 +1,5 @@
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -61,6 +61,30 @@ def test_hybrid_rewards_are_the_selected_option_s_and_add_up(simulator: Simulato
     np.testing.assert_allclose(rewards.sum(axis=1) - common, simulator.rewards - left_out, atol=1e-9)
 
 
+@pytest.mark.parametrize("weight", [0.0, 0.3])
+@pytest.mark.parametrize(
+    ("name", "values", "levels"),
+    [
+        ("hrl-0", {}, (OPTION, ACTION)),
+        ("ddqn", {"timeout": "terminal"}, (OPTION, ACTION)),
+        ("hybrid-hrl", {}, (ACTION,)),
+        ("hybrid-hrl", {"timeout": "terminal"}, (ACTION,)),
+        ("hybrid-hrl", {"credit": "algorithm-2"}, (ACTION,)),
+    ],
+)
+def test_unsmoothness_counts_for_its_weight_where_it_is_charged(
+    simulator: Simulator, name: str, values: dict[str, Any], levels: tuple[int, ...], weight: float
+) -> None:
+    method = replace(METHODS[name], config=replace(METHODS[name].config, **values))
+    smooth = replace(method, config=replace(method.config, jerk_weight=weight))
+    options, unsmooth = np.random.default_rng(1).integers(0, 2, ROWS), simulator.terms[:, UNSMOOTH]
+    assert unsmooth.any()
+    full, weighed = (level_rewards(m, simulator, options) / m.config.reward_scale for m in (method, smooth))
+    for level in (OPTION, ACTION):
+        left_out = (1.0 - weight) * unsmooth if level in levels else 0.0
+        np.testing.assert_allclose(weighed[:, level], full[:, level] - left_out, atol=1e-9)
+
+
 def test_only_running_and_truncated_rows_bootstrap(simulator: Simulator) -> None:
     gamma = METHODS["ddqn"].config.gamma
     truncated = discounts(with_timeout("ddqn", "truncation"), simulator)
@@ -70,10 +94,11 @@ def test_only_running_and_truncated_rows_bootstrap(simulator: Simulator) -> None
         assert terminal[row] == (gamma if outcome == Outcome.RUNNING else 0.0)
 
 
-def test_algorithm_2_blames_the_option_for_the_selected_sub_goal() -> None:
+@pytest.mark.parametrize("weight", [1.0, 0.3])
+def test_algorithm_2_blames_the_option_for_the_selected_sub_goal(weight: float) -> None:
     """r^option = sr + unsafe and failure of the selected one; r^action = sr + jerk + those of the other one."""
     method = with_timeout("hybrid-hrl", "terminal")
-    method = replace(method, config=replace(method.config, credit="algorithm-2"))
+    method = replace(method, config=replace(method.config, credit="algorithm-2", jerk_weight=weight))
     played, rng, rows = Simulator(MAIN, ROWS), np.random.default_rng(1), np.arange(ROWS)
     played.reset(rows)
     seen = np.zeros(SUCCESS + 1, np.bool_)
@@ -85,7 +110,7 @@ def test_algorithm_2_blames_the_option_for_the_selected_sub_goal() -> None:
         common = terms[:, [TIME, TIMEOUT, SUCCESS]].sum(axis=1)
         faults = np.stack((terms[:, UNSAFE_SSL] + terms[:, NOT_STOP], terms[:, UNSAFE_FFV] + terms[:, COLLISION]))
         np.testing.assert_allclose(rewards[:, OPTION], common + faults[options, rows], atol=1e-9)
-        expected = common + terms[:, UNSMOOTH] + faults[1 - options, rows]
+        expected = common + weight * terms[:, UNSMOOTH] + faults[1 - options, rows]
         np.testing.assert_allclose(rewards[:, ACTION], expected, atol=1e-9)
         seen |= terms.any(axis=0)
     assert seen[[UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP]].all()

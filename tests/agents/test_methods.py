@@ -11,21 +11,51 @@ from hhrl_envs import InputError
 
 
 def test_the_paper_s_table_of_switches() -> None:
-    switches = {
-        name: (method.hybrid_reward, method.replay, method.attention)
-        for name, method in METHODS.items()
-        if method.hierarchical
+    names = ("ddqn", "hrl-0", "hrl-1", "hrl-2", "hrl-3", "hybrid-hrl")
+    methods = {name: METHODS[name] for name in names}
+    assert {name: (m.option, m.hybrid_reward, m.replay, m.attention) for name, m in methods.items()} == {
+        "ddqn": ("none", False, "uniform", False),
+        "hrl-0": ("learned", False, "uniform", False),
+        "hrl-1": ("learned", True, "uniform", False),
+        "hrl-2": ("learned", True, "hierarchical", False),
+        "hrl-3": ("learned", True, "uniform", True),
+        "hybrid-hrl": ("learned", True, "hierarchical", True),
     }
-    assert switches == {
-        "hrl-0": (False, "uniform", False),
-        "hrl-1": (True, "uniform", False),
-        "hrl-2": (True, "hierarchical", False),
-        "hrl-3": (True, "uniform", True),
-        "hybrid-hrl": (True, "hierarchical", True),
+    assert all(method.config == DoubleDQNConfig() and method.ffv is None for method in methods.values())
+
+
+def test_options_are_learned_held_by_a_rule_or_absent() -> None:
+    given = {name: method.option for name, method in METHODS.items() if method.option != "learned"}
+    assert given == {
+        **dict.fromkeys(("ddqn", "ddqn-plus", "ddqn-per", "pqn", "ppo"), "none"),
+        "follow-only": "rule-1",
+        "rule-option": "rule-4",
     }
-    assert not METHODS["ddqn"].hierarchical
+    assert {name for name, method in METHODS.items() if not method.hierarchical} == {
+        name for name, option in given.items() if option == "none"
+    }
+    assert {name: method.ffv.id for name, method in METHODS.items() if method.ffv} == {"option-only": "follow-only"}
     assert {name for name, method in METHODS.items() if method.algorithm != "double-dqn"} == {"ppo", "pqn"}
-    assert METHODS["ddqn"].replay == "uniform"
+
+
+@pytest.mark.parametrize(
+    ("option", "ffv", "levels"),
+    [
+        ("none", None, ("action",)),
+        ("learned", None, ("option", "action")),
+        ("learned", METHODS["follow-only"], ("option",)),
+        ("rule-4", None, ("action",)),
+    ],
+)
+def test_levels_are_what_is_learned(option: str, ffv: Method | None, levels: tuple[str, ...]) -> None:
+    assert Method("x", option=option, ffv=ffv).levels == levels
+
+
+def test_the_plus_methods_differ_from_their_base_in_the_same_values_alone() -> None:
+    hierarchical, flat = METHODS["hybrid-hrl-plus"], METHODS["ddqn-plus"]
+    assert hierarchical.config == flat.config != DoubleDQNConfig()
+    assert replace(hierarchical, id="hybrid-hrl", config=DoubleDQNConfig()) == METHODS["hybrid-hrl"]
+    assert replace(flat, id="ddqn", config=DoubleDQNConfig()) == METHODS["ddqn"]
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -49,40 +79,17 @@ def test_the_config_hash_follows_every_value_but_the_id() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "value"),
+    ("switch", "complaint"),
     [
-        ("gamma", 1.5),
-        ("gamma", float("nan")),
-        ("batch_size", 0),
-        ("hidden", ()),
-        ("hidden", (64, 0)),
-        ("learning_rate", 0.0),
-        ("final_epsilon", -0.1),
-        ("exploration_share", 0.0),
-        ("priority_floor", 0.0),
-        ("timeout", "maybe"),
-        ("priority", "none"),
-        ("attended", "both"),
-        ("credit", "algorithm-3"),
-        ("target_rate", 0.0),
-        ("target_rate", 1.1),
-        ("target_interval", 0),
-        ("n_steps", 0),
-        ("warmup", 1),
-        ("replay_capacity", 10),
-        ("exploration_hold", 0),
+        ({"attention": True}, "option of method 'flat' is 'none'; write 'learned' or a rule's id to use ffv,"),
+        ({"hybrid_reward": True}, "option of method 'flat' is 'none'; write 'learned' or a rule's id to use ffv,"),
+        ({"replay": "hierarchical"}, "replay of method 'flat' is 'hierarchical'; write uniform or prioritised, as"),
     ],
 )
-def test_a_bad_value_is_named_in_one_line(name: str, value: Any) -> None:
-    with pytest.raises(InputError, match=rf"{name} is .*; write ") as error:
-        DoubleDQNConfig(**{name: value})
-    assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize("switch", [{"attention": True}, {"hybrid_reward": True}, {"replay": "hierarchical"}])
-def test_a_flat_method_has_no_switches(switch: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match="hierarchical=True"):
+def test_a_flat_method_has_no_switches(switch: dict[str, Any], complaint: str) -> None:
+    with pytest.raises(InputError, match=complaint) as error:
         Method("flat", **switch)
+    assert "\n" not in str(error.value)
 
 
 def test_a_flat_method_may_have_plain_prioritised_replay() -> None:
@@ -90,14 +97,8 @@ def test_a_flat_method_may_have_plain_prioritised_replay() -> None:
 
 
 def test_an_unknown_replay_is_refused() -> None:
-    with pytest.raises(InputError, match="write uniform, prioritised or hierarchical"):
+    with pytest.raises(InputError, match="write one of: uniform, prioritised, hierarchical"):
         Method.from_data("other", {**METHODS["hybrid-hrl"].data(), "replay": "random"})
-
-
-def test_the_warmup_lasts_until_the_first_joined_steps_are_stored() -> None:
-    assert DoubleDQNConfig(n_envs=32, n_steps=3, warmup=96).n_steps == 3
-    with pytest.raises(InputError, match=r"at least n_steps x n_envs \(96\)"):
-        DoubleDQNConfig(n_envs=32, n_steps=3, warmup=95)
 
 
 @pytest.mark.parametrize(

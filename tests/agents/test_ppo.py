@@ -18,7 +18,7 @@ from hhrl_agents.progress import Progress
 from hhrl_agents.training import make_learner
 from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs.observation import SIZE
-from hhrl_envs.rewards import TIMEOUT
+from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
 
 MAIN = get_scenario("stop-line-v0")
 SHORT = replace(MAIN, id="short", horizon=90)
@@ -121,16 +121,15 @@ def test_a_checkpoint_comes_back_as_it_was(tmp_path: Path) -> None:
     assert "stable_baselines3" in loaded.metadata["versions"]
 
 
-@pytest.mark.parametrize("timeout", ["truncation", "terminal"])
-def test_rewards_are_the_simulator_s_and_a_time_limit_bootstraps(timeout: str) -> None:
-    learner = learner_of(
-        (7,), SHORT, timeout=timeout, rollout_steps=128, learning_rate=1e-30, final_learning_rate=1e-30
-    )
+@pytest.mark.parametrize(("timeout", "weight"), [("truncation", 1.0), ("terminal", 1.0), ("truncation", 0.3)])
+def test_rewards_are_the_simulator_s_and_a_time_limit_bootstraps(timeout: str, weight: float) -> None:
+    still = {"learning_rate": 1e-30, "final_learning_rate": 1e-30}
+    learner = learner_of((7,), SHORT, timeout=timeout, jerk_weight=weight, rollout_steps=128, **still)
     list(learner.train(128 * N_ENVS))
     ppo, config = learner._trained[0]._ppo, learner.method.config
     buffer, replayed = ppo.rollout_buffer, Simulator(SHORT, N_ENVS)
     replayed.reset(np.arange(N_ENVS) + 7 * N_ENVS)
-    truncated = 0
+    truncated = unsmooth = 0
     observed, acted = by_step(buffer.observations), by_step(buffer.actions)[..., 0].astype(np.int64)
     for step in range(128):
         np.testing.assert_array_equal(observed[step], replayed.observations)
@@ -138,14 +137,17 @@ def test_rewards_are_the_simulator_s_and_a_time_limit_bootstraps(timeout: str) -
         expected, late = replayed.rewards.copy(), replayed.outcomes == Outcome.TIMEOUT
         with torch.no_grad():
             values = ppo.policy.predict_values(torch.from_numpy(replayed.observations.copy())).numpy()[:, 0]
+        expected -= (1.0 - weight) * replayed.terms[:, UNSMOOTH]
         expected *= config.reward_scale
         if timeout == "truncation":
             expected[late] -= config.reward_scale * replayed.terms[late, TIMEOUT]
             expected[late] += config.gamma * values[late]
         np.testing.assert_allclose(buffer.rewards[step], expected, rtol=1e-5, atol=1e-6)
         truncated += int(late.sum())
+        unsmooth += int((replayed.terms[:, UNSMOOTH] < 0.0).sum())
         replayed.reset_done()
     assert truncated
+    assert unsmooth
 
 
 def by_step(flat: Any) -> Any:

@@ -9,10 +9,12 @@ import torch
 
 from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.learned import LearnedAgent
+from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.pqn import PQNLearner, Step, Targets
 from hhrl_agents.progress import Progress
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
+from hhrl_envs.observation import SIZE
 
 MAIN = get_scenario("stop-line-v0")
 N_ENVS = 4
@@ -69,8 +71,29 @@ def test_steps_are_the_simulator_s_and_end_at_the_final_observation() -> None:
     assert any(step.ended.any() for step in steps)
 
 
-def test_a_rollout_s_targets_follow_the_recursion_of_q_lambda() -> None:
-    learner = learner_of(small(trace_decay=0.7))
+def test_memory_stands_beside_what_is_observed_and_begins_with_the_episode() -> None:
+    learner = learner_of(small(memory=(0.5, 0.1)))
+    steps, follows, begins = [learner._interact(1.0) for _ in range(200)], 0, 0
+    states = learner._targets(steps).states.reshape(2, 33, 200, N_ENVS)
+    for index in range(2):
+        memory = Traces((0.5, 0.1))
+        fresh = np.ones(N_ENVS, np.bool_)
+        for at, step in enumerate(steps):
+            memory.begin(fresh)
+            features = memory.observe(step.observations[index, :, :SIZE], fresh)
+            np.testing.assert_array_equal(step.observations[index], features)
+            np.testing.assert_array_equal(states[index, :, at].T, features)
+            following = memory.observe(step.next_observations[index, :, :SIZE])
+            np.testing.assert_array_equal(step.next_observations[index], following)
+            fresh = step.ended[index]
+            follows, begins = follows + int((~fresh).sum()), begins + int(fresh.sum())
+    assert follows
+    assert begins
+
+
+@pytest.mark.parametrize("memory", [(), (0.5, 0.1)])
+def test_a_rollout_s_targets_follow_the_recursion_of_q_lambda(memory: tuple[float, ...]) -> None:
+    learner = learner_of(small(trace_decay=0.7, memory=memory))
     list(learner.train(320))
     steps = [learner._interact(1.0) for _ in range(200)]
     assert any(step.ended.any() for step in steps)
@@ -181,8 +204,9 @@ def test_progress_counts_every_episode_once(monkeypatch: pytest.MonkeyPatch) -> 
     np.testing.assert_array_equal(counts.sum(1), ended)
 
 
-def test_policies_are_flat_agents_that_survive_a_checkpoint(tmp_path: Path) -> None:
-    learner, _ = trained(small())
+@pytest.mark.parametrize("memory", [(), (0.5, 0.1)])
+def test_policies_are_flat_agents_that_survive_a_checkpoint(tmp_path: Path, memory: tuple[float, ...]) -> None:
+    learner, _ = trained(small(memory=memory))
     policies = learner.policies()
     simulator = Simulator(MAIN, 50)
     simulator.reset(np.arange(50))

@@ -21,6 +21,8 @@ from hhrl_envs import InputError
         ("final_learning_rate", -1.0),
         ("max_gradient_norm", 0.0),
         ("gamma", float("nan")),
+        ("jerk_weight", 1.5),
+        ("memory", (1.0,)),
         ("reward_scale", 0.0),
         ("exploration_share", 0.0),
         ("final_epsilon", -0.1),

@@ -1,30 +1,37 @@
 import subprocess
 import sys
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from hhrl_agents import METHODS, RULES, Agent, HierarchicalAgent
+from hhrl_agents import METHODS, RULES, Agent, Decision, HierarchicalAgent
 from hhrl_agents.learned import HierarchicalLearnedAgent
 from hhrl_agents.training import make_learner
 from hhrl_envs import SCENARIOS, Scenario, Simulator, get_scenario
+from support.configs import with_values
 
 NAMES = [*RULES, *METHODS]
+SMALL: dict[str, Any] = {"n_envs": 4, "warmup": 40, "replay_capacity": 40, "rollout_steps": 16, "batch_size": 32}
+"""What an untrained policy does not depend on."""
+
 EVERYWHERE = pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=SCENARIOS)
 
 
+@cache
 def agent_of(name: str, scenario: Scenario) -> Agent:
     """The rule agent, or an untrained agent of the method."""
     if name in RULES:
         return RULES[name](scenario)
-    method = METHODS[name]
+    method = with_values(METHODS[name], SMALL)
     worlds = np.arange(method.config.n_envs, dtype=np.uint64)[None]
     return make_learner(method, scenario, [0], worlds).policies()[0]
 
 
-def observations_of(
-    scenario: Scenario, rows: int, steps: int = 30
-) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
+@cache
+def observations_of(scenario: Scenario, rows: int, steps: int = 30) -> NDArray[np.float32]:
     simulator = Simulator(scenario, rows)
     simulator.reset(np.arange(rows) + 50)
     for step in range(steps):
@@ -33,14 +40,19 @@ def observations_of(
     return simulator.observations.copy()
 
 
+def afresh(agent: Agent, observations: NDArray[np.float32]) -> Decision:
+    """What the agent decides where all episodes begin."""
+    agent.reset(np.ones(len(observations), np.bool_))
+    return agent.act(observations)
+
+
 @EVERYWHERE
 @pytest.mark.parametrize("rows", [1, 7])
 @pytest.mark.parametrize("name", NAMES)
 def test_decisions_are_valid(name: str, rows: int, scenario: Scenario) -> None:
     agent, observations = agent_of(name, scenario), observations_of(scenario, rows)
     assert isinstance(agent, Agent)
-    agent.reset(np.ones(rows, np.bool_))
-    option, action = agent.act(observations)
+    option, action = afresh(agent, observations)
     for part in (option, action):
         assert part.shape == (rows,)
         assert part.dtype == np.int64
@@ -56,8 +68,7 @@ def test_decisions_repeat_and_do_not_depend_on_the_order_of_rows(name: str) -> N
     scenario = get_scenario("stop-line-v0")
     agent, observations = agent_of(name, scenario), observations_of(scenario, 7)
     before = observations.copy()
-    first, second = agent.act(observations), agent.act(observations)
-    turned = agent.act(observations[::-1])
+    first, second, turned = (afresh(agent, rows) for rows in (observations, observations, observations[::-1]))
     np.testing.assert_array_equal(observations, before)
     for ours, again, back in zip(first, second, turned, strict=True):
         np.testing.assert_array_equal(ours, again)

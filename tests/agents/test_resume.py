@@ -11,8 +11,11 @@ torch = pytest.importorskip("torch")
 from hhrl_agents import METHODS  # noqa: E402
 from hhrl_agents.learners import Learner  # noqa: E402
 from hhrl_agents.methods import Method  # noqa: E402
+from hhrl_agents.progress import TrainableStack  # noqa: E402
+from hhrl_agents.training import make_learner  # noqa: E402
 from hhrl_envs import InputError, get_scenario  # noqa: E402
 from hhrl_envs.state import State  # noqa: E402
+from support.configs import with_values  # noqa: E402
 
 SMALL: dict[str, Any] = {
     "hidden": (16, 16),
@@ -22,6 +25,9 @@ SMALL: dict[str, Any] = {
     "warmup": 40,
     "target_interval": 10,
     "report_every": 500,
+    "rollout_steps": 5,
+    "epochs": 2,
+    "minibatches": 4,
 }
 BUDGET = 1_000
 
@@ -29,11 +35,23 @@ BUDGET = 1_000
 def small(name: str, **values: Any) -> Method:
     method = METHODS[name]
     changes = {key: values.pop(key) for key in ("replay",) if key in values}
-    return replace(method, config=replace(method.config, **{**SMALL, **values}), **changes)
+    return replace(with_values(method, {**SMALL, **values}), **changes)
 
 
-def learner_of(method: Method, scenario: str = "stop-line-v0") -> Learner:
-    return Learner(method, get_scenario(scenario), (3, 5), np.arange(8, dtype=np.uint64).reshape(2, 4))
+def stack_of(method: Method, scenario: str = "stop-line-v0") -> TrainableStack:
+    return make_learner(method, get_scenario(scenario), (3, 5), np.arange(8, dtype=np.uint64).reshape(2, 4))
+
+
+def learner_of(method: Method) -> Learner:
+    learner = stack_of(method)
+    assert isinstance(learner, Learner)
+    return learner
+
+
+def state_of(learner: TrainableStack) -> State:
+    state = learner.state()
+    assert state is not None
+    return state
 
 
 def equal(first: State, second: State) -> None:
@@ -50,22 +68,26 @@ def equal(first: State, second: State) -> None:
         (small("hybrid-hrl"), "stop-line-noisy-v0"),
         (small("ddqn", n_steps=3), "stop-line-v0"),
         (small("ddqn", replay="prioritised", target_rate=0.1), "stop-line-v0"),
+        (small("hybrid-hrl-plus"), "stop-line-noisy-v0"),
+        (small("option-only"), "stop-line-v0"),
+        (small("pqn"), "stop-line-v0"),
+        (small("pqn", memory=(0.3, 0.05)), "stop-line-noisy-v0"),
     ],
-    ids=["flat", "hierarchical", "multi-step", "prioritised"],
+    ids=["flat", "hierarchical", "multi-step", "prioritised", "plus", "given-actions", "pqn", "pqn-with-memory"],
 )
 def test_a_fresh_learner_goes_on_to_the_same_bits(method: Method, scenario: str) -> None:
-    whole = learner_of(method, scenario)
+    whole = stack_of(method, scenario)
     reports = list(whole.train(BUDGET))
-    stopped = learner_of(method, scenario)
+    stopped = stack_of(method, scenario)
     first = next(training := stopped.train(BUDGET))
-    saved = stopped.state()
+    saved = state_of(stopped)
     kept = {name: array.copy() for name, array in saved.items()}
     list(training)
     equal(saved, kept)
-    fresh = learner_of(method, scenario)
+    fresh = stack_of(method, scenario)
     fresh.restore(saved)
     (second,) = fresh.train(BUDGET)
-    equal(whole.state(), fresh.state())
+    equal(state_of(whole), state_of(fresh))
     for report, same in zip(reports, (first, second), strict=True):
         assert (report.env_steps, report.updates) == (same.env_steps, same.updates)
         np.testing.assert_array_equal(report.outcome_counts, same.outcome_counts)
@@ -78,6 +100,8 @@ def test_the_state_of_another_learner_is_refused() -> None:
         learner_of(small("ddqn", hidden=(8,))).restore(saved)
     with pytest.raises(InputError, match="the state holds nothing as 'trees'"):
         learner_of(small("ddqn", replay="prioritised")).restore(saved)
+    with pytest.raises(InputError, match="as 'online'"):
+        learner_of(small("ddqn", memory=(0.1,))).restore(saved)
 
 
 @pytest.mark.parametrize("name", ["ddqn", "hybrid-hrl"])

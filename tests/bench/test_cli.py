@@ -188,6 +188,15 @@ def test_lists_name_what_is_registered() -> None:
     assert together == {what: json.loads(done("list", what, "--json")) for what in ("agents", "tasks", "suites")}
 
 
+def test_learned_agents_are_listed_with_what_sets_them_apart() -> None:
+    agents = {agent["id"]: agent for agent in json.loads(done("list", "agents", "--json"))}
+    assert {name: agents[name]["summary"] for name in METHODS} == {name: m.summary for name, m in METHODS.items()}
+    assert all(agents[name]["summary"] is None for name in RULES)
+    lines = done("list", "agents").splitlines()
+    for name, method in METHODS.items():
+        assert any(line.split()[0] == name and line.rstrip().endswith(method.summary) for line in lines)
+
+
 def test_version_and_help() -> None:
     assert done("--version") == f"hhrl-bench {hhrl_bench.__version__}\n"
     assert done() == done("--help")

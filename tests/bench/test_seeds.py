@@ -80,8 +80,9 @@ def test_a_task_has_its_id_and_a_registered_scenario(task_id: str) -> None:
 
 
 def test_every_scenario_of_a_single_agent_is_a_task_and_the_others_are_worlds_to_look_at() -> None:
-    others = {"platoon-v0", "adversary-v0"}
-    assert set(TASKS) == set(SCENARIOS) - others
+    others, of_a_level = {"platoon-v0", "adversary-v0"}, {"option-only-v0": "stop-line-v0"}
+    assert set(TASKS) - set(of_a_level) == set(SCENARIOS) - others
+    assert {task_id: task.scenario for task_id, task in TASKS.items() if task_id != task.scenario} == of_a_level
     for world in SCENARIOS:
         assert get_world(world).scenario == world
     for world in others:

@@ -13,6 +13,7 @@ torch = pytest.importorskip("torch")
 
 from hhrl_agents.files import OutputError  # noqa: E402
 from hhrl_agents.learned import LearnedAgent  # noqa: E402
+from hhrl_agents.methods import Method  # noqa: E402
 from hhrl_agents.training import make_learner  # noqa: E402
 from hhrl_bench import train as training  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
@@ -76,14 +77,18 @@ def test_the_command_trains_and_its_run_can_be_evaluated(tmp_path: Path) -> None
         assert record.training.command == "hhrl-bench train hybrid-hrl --task stop-line-v0 --seeds 0,2 --env-steps 2400"
 
 
-def test_ppo_is_trained_and_evaluated_by_the_same_commands(tmp_path: Path) -> None:
-    folder = tmp_path / "ppo"
-    trained = invoke("train", "ppo", "--seeds", "0", "--env-steps", "640", "--out", str(folder))
+@pytest.mark.parametrize(
+    ("method", "task"),
+    [("ppo", "stop-line-v0"), ("option-only", "option-only-v0"), ("hybrid-hrl-plus", "stop-line-noisy-v0")],
+)
+def test_other_methods_are_trained_and_evaluated_by_the_same_commands(method: str, task: str, tmp_path: Path) -> None:
+    folder = tmp_path / method
+    trained = invoke("train", method, "--task", task, "--seeds", "0", "--env-steps", "640", "--out", str(folder))
     assert trained.exit_code == 0, trained.stderr
-    evaluated = invoke("evaluate", str(folder), "--episodes", "25", "--json")
+    evaluated = invoke("evaluate", str(folder), "--task", task, "--episodes", "25", "--json")
     record = EvaluationRecord.model_validate_json(evaluated.stdout).results[0].runs[0].training
     assert record is not None
-    assert (record.method, record.env_steps) == ("ppo", 640)
+    assert (record.method, record.env_steps) == (method, 640)
 
 
 def test_curves_are_json_lines_with_validation(run: Path) -> None:
@@ -112,9 +117,9 @@ def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
 def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     learned, validated = [], []
 
-    def watched(*arguments: Any) -> Any:
-        learned.append(arguments[-1])
-        return make_learner(*arguments)
+    def watched(method: Method, world: Scenario, seeds: Any, world_seeds: Any, device: str) -> Any:
+        learned.append(world_seeds)
+        return make_learner(method, world, seeds, world_seeds, device)
 
     def play(agent: LearnedAgent, scenario: Scenario, seeds: np.ndarray[Any, Any], **kwargs: Any) -> Any:
         validated.append(seeds)

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import layer_norm as normalised
 
-from hhrl_envs.observation import SIZE
+from hhrl_envs.observation import D_D, SIZE
 
 Leaves = dict[str, Tensor]
 
@@ -42,19 +42,27 @@ def mlp(parameters: Leaves, inputs: Tensor, *, layer_norm: bool = False) -> Tens
 
 
 def attention(parameters: Leaves, states: Tensor, options: Tensor) -> Tensor:
-    """Return I(s, o), [K, 11], for states [K, 11] and one-hot options [K, 2]."""
-    scores = states @ parameters["attention.state.weight"] + parameters["attention.state.bias"]
+    """Return I(s, o), [K, 11], for states [K, 11 (1 + traces)] and one-hot options [K, 2]; the traces do not count."""
+    scores = states[:, :SIZE] @ parameters["attention.state.weight"] + parameters["attention.state.bias"]
     return (scores + options @ parameters["attention.option.weight"]).softmax(-1)
 
 
 def action_values(
-    parameters: Leaves, states: Tensor, options: Tensor, *, attended: str = "state", layer_norm: bool = False
+    parameters: Leaves,
+    states: Tensor,
+    options: Tensor,
+    *,
+    attended: str = "state",
+    layer_norm: bool = False,
+    sees_line: bool = True,
 ) -> Tensor:
-    """Return Q^a of Figure 2, [K, A], for states [K, 11] and one-hot options [K, 2]."""
+    """Return Q^a of Figure 2, [K, A], for states [K, 11 (1 + traces)] and one-hot options [K, 2]."""
+    if not sees_line:
+        states = torch.where(torch.arange(states.shape[1]) % SIZE < D_D, states, 0.0)
     if "attention.state.weight" in parameters:
         weights = attention(parameters, states, options)
         if attended == "linear":
             states = states @ parameters["attention.state.weight"] + parameters["attention.state.bias"]
-        states = SIZE * weights * states
+        states = SIZE * weights.repeat(1, states.shape[1] // SIZE) * states
     values = {name.removeprefix("values."): value for name, value in parameters.items() if name.startswith("values.")}
     return mlp(values, torch.cat((states, options), -1), layer_norm=layer_norm)

@@ -2,16 +2,15 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from hhrl_agents import METHODS
 from hhrl_bench import train as training
 from hhrl_bench.cli import main
 from hhrl_bench.tasks import get_task
+from support import configs
 
 TASK = get_task("stop-line-v0")
 STEPS = 600
@@ -26,17 +25,11 @@ CONFIG: dict[str, Any] = {
 }
 
 
-def _small(config: Any) -> Any:
-    own = {field.name for field in fields(config)}
-    return replace(config, **{name: value for name, value in CONFIG.items() if name in own})
-
-
 @contextmanager
 def small_methods() -> Iterator[pytest.MonkeyPatch]:
     """Return a context in which every method trains small networks, validated on few episodes."""
-    small = {name: replace(method, config=_small(method.config)) for name, method in METHODS.items()}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(training, "METHODS", small)
+        patch.setattr(training, "METHODS", configs.small_methods(CONFIG))
         patch.setattr(training, "VALIDATION_EPISODES", 16)
         yield patch
 
