@@ -1,6 +1,8 @@
 """A training that is stopped at any moment and resumed leaves the files of one that was not."""
 
 import itertools
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -20,7 +22,7 @@ from support import small_training
 from support.command_line import invoke
 from support.small_training import STEPS, contents, plan, small_methods
 
-SHORT, LONG = 400, 2000
+SHORT, LONG = 400, 4000
 
 
 class KillError(BaseException):
@@ -82,14 +84,18 @@ def test_a_process_killed_twice_and_resumed_writes_the_same_files(tmp_path: Path
     list(training.train(plan(tmp_path / "whole", env_steps=LONG)))
     script = [sys.executable, small_training.__file__, "train", "ddqn", "--seeds", "0,2", "--env-steps", str(LONG)]
     command = [*script, "--out", str(tmp_path / "killed"), "--resume"]
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     rng = np.random.default_rng(0)
-    for reports in (2, 4):
-        with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
+    for reports in (1, 2):
+        with subprocess.Popen(
+            command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=paths
+        ) as process:
             assert process.stderr is not None
             for _ in itertools.islice((line for line in process.stderr if " of " in line), reports):
                 pass
-            time.sleep(0.1 * rng.random())
+            time.sleep(0.02 * rng.random())
             process.kill()
+        assert process.returncode == -signal.SIGKILL, "the training was over before it was killed; make it longer"
     assert list((tmp_path / "killed").glob("state-seeds-0,2.safetensors"))
     list(training.train(plan(tmp_path / "killed", env_steps=LONG), resume=True))
     assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
