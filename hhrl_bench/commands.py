@@ -62,8 +62,7 @@ def train(
     chosen = get_task(task)
     folder = out or Path("runs") / method / chosen.id
     plan = training.Plan(method, chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder, device)
-    if resume and RunDirectory(folder).finished(plan.seeds):
-        typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
+    finished = resume and RunDirectory(folder).finished(plan.seeds)
     try:
         with progress(f"{method}, seeds {seeds}") as update:
             for report in training.train(plan, resume=resume, tensorboard=tensorboard):
@@ -72,6 +71,8 @@ def train(
     except KeyboardInterrupt:
         typer.echo("hhrl-bench: the same command with --resume goes on from the last saved state", err=True)
         raise
+    if finished:
+        typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
     typer.echo(str(folder))
     return not _say_failed(folder, plan.seeds)
 

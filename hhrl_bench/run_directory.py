@@ -55,16 +55,23 @@ class RunDirectory:
             OutputError: if it cannot be written, holds a run of another configuration, one of the seeds already, or an
                 unfinished training of them that is not to be resumed.
         """
-        path, text = self.folder / "config.json", json.dumps(config, indent=2) + "\n"
-        require_writable(path)
-        if path.exists() and path.read_text(encoding="utf-8", errors="replace") != text:
-            raise OutputError(f"{self.folder} holds a run of another configuration; name another folder with --out")
+        require_writable(self._config)
+        self.require_config(config)
         self._require_no_other_training(seeds, resume=resume)
         trained = [seed for seed in seeds if self._ended(seed) or self.best(seed).exists()]
         if trained and not self.state(seeds).exists():
             raise OutputError(f"{self.folder} holds seed {trained[0]} already; name another folder with --out")
         self._remove_fragments(seeds)
-        write_atomically(path, text)
+        write_atomically(self._config, _text(config))
+
+    def require_config(self, config: Mapping[str, Any]) -> None:
+        """Return nothing.
+
+        Raises:
+            OutputError: if the directory holds a run of another configuration.
+        """
+        if self._config.exists() and self._config.read_text(encoding="utf-8", errors="replace") != _text(config):
+            raise OutputError(f"{self.folder} holds a run of another configuration; name another folder with --out")
 
     def write_curve(self, seed: int, rows: Sequence[Mapping[str, Any]]) -> None:
         """Return nothing; write the learning curve of a seed, one JSON object a line."""
@@ -75,6 +82,10 @@ class RunDirectory:
         """Return nothing; write why a seed has failed, and remove its checkpoint."""
         write_atomically(self.failed(seed), json.dumps(record, indent=2, allow_nan=False) + "\n")
         self.best(seed).unlink(missing_ok=True)
+
+    @property
+    def _config(self) -> Path:
+        return self.folder / "config.json"
 
     def _ended(self, seed: int) -> bool:
         return self.final(seed).exists() or self.failed(seed).exists()
@@ -104,3 +115,7 @@ class RunDirectory:
 def failed_seeds(folder: Path) -> list[int]:
     """Return the seeds of a run directory whose training has failed, ascending."""
     return sorted(int(path.name.split(".")[0].removeprefix("seed-")) for path in folder.glob("seed-*.failed.json"))
+
+
+def _text(config: Mapping[str, Any]) -> str:
+    return json.dumps(config, indent=2) + "\n"

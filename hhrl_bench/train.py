@@ -95,6 +95,7 @@ def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Ite
     if tensorboard:
         require("tensorboard", "tensorboard")
     if resume and directory.finished(plan.seeds):
+        directory.require_config(plan.config())
         return
     directory.prepare(plan.config(), plan.seeds, resume=resume)
     with one_torch_thread():
