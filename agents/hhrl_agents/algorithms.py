@@ -1,6 +1,6 @@
 """Double DQN, flat and hierarchical: what to choose, and the temporal-difference errors to learn from."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import Protocol
@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.base import NO_OPTION, Float32Array, IntArray
+from hhrl_agents.exploration import GREEDY
 from hhrl_agents.given import given_options
 from hhrl_agents.learned import frozen_actions
 from hhrl_agents.levels import LearnedLevel, LevelErrors
@@ -72,25 +73,30 @@ class HierarchicalDoubleDQN:
     Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network. A level that is given has no
     values: O* is then what the rule selects at s'.
 
-    frozen: the parameters of a given action level.
+    frozen: the parameters of a given action level; fixed: levels of the stack that choose and do not learn.
     """
 
     def __init__(
-        self, method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters = MappingProxyType({})
+        self,
+        method: Method,
+        scenario: Scenario,
+        stack: ParameterStack,
+        frozen: Parameters = MappingProxyType({}),
+        fixed: Collection[str] = (),
     ) -> None:
         self._device = stack.flat.device
-        self.levels: Sequence[str] = method.levels
+        self.levels: Sequence[str] = tuple(level for level in method.levels if level not in fixed)
         choices = {"option": np.flatnonzero(scenario.option_mask), "action": np.arange(scenario.num_actions)}
         self.choices: Sequence[IntArray] = tuple(choices[level] for level in self.levels)
         self._option = self._action = None
         alpha = method.config.advantage_learning
-        if "option" in self.levels:
+        if "option" in method.levels:
             network = partial(MLP, layer_norm=method.config.layer_norm)
             penalty = mask_penalty(scenario.option_mask).to(self._device)
             self._option = LearnedLevel("option", network, stack, alpha, penalty)
         else:
             self._given_options = given_options(method, scenario)
-        if "action" in self.levels:
+        if "action" in method.levels:
             self._action = LearnedLevel("action", partial(ActionNetwork, config=method.config), stack, alpha)
         else:
             self._given_actions = frozen_actions(method, scenario, frozen)
@@ -98,9 +104,14 @@ class HierarchicalDoubleDQN:
     def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
         """Return the options, and the actions given those; see `Algorithm.choose`."""
         states, rows, shape = _columns(observations, self._device), _rows(observations), tried[0].shape
-        options = self._option.choose(tried[0], states) if self._option else self._given_options(rows).reshape(shape)
+        trials, greedy = dict(zip(self.levels, tried, strict=True)), np.full(shape, GREEDY)
+        if self._option:
+            options = self._option.choose(trials.get("option", greedy), states)
+        else:
+            options = self._given_options(rows).reshape(shape)
         if self._action:
-            return options, self._action.choose(tried[-1], states, one_hot(self._column(options)))
+            trial = trials.get("action", greedy)
+            return options, self._action.choose(trial, states, one_hot(self._column(options)))
         return options, self._given_actions(rows, options.reshape(-1)).reshape(shape)
 
     def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
@@ -108,11 +119,12 @@ class HierarchicalDoubleDQN:
         following, errors = _twice(batch.next_observations), []
         if self._option:
             best, value = self._option.following(following)
-            target = batch.option_rewards + batch.discounts * value
-            errors.append(self._option.errors(target, batch.options, batch.observations))
         else:
             best = self._options_at(batch.next_observations)
-        if self._action:
+        if self._option and "option" in self.levels:
+            target = batch.option_rewards + batch.discounts * value
+            errors.append(self._option.errors(target, batch.options, batch.observations))
+        if self._action and "action" in self.levels:
             _, value = self._action.following(following, _twice(one_hot(best)))
             target = batch.action_rewards + batch.discounts * value
             errors.append(self._action.errors(target, batch.actions, batch.observations, one_hot(batch.options)))
@@ -127,10 +139,12 @@ class HierarchicalDoubleDQN:
         return torch.from_numpy(options).to(self._device).unsqueeze(1)
 
 
-def make_algorithm(method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters) -> Algorithm:
-    """Return the algorithm that learns the method's levels; see `HierarchicalDoubleDQN` for `frozen`."""
+def make_algorithm(
+    method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters, fixed: Collection[str] = ()
+) -> Algorithm:
+    """Return the algorithm that learns the method's levels; see `HierarchicalDoubleDQN` for `frozen` and `fixed`."""
     if method.hierarchical:
-        return HierarchicalDoubleDQN(method, scenario, stack, frozen)
+        return HierarchicalDoubleDQN(method, scenario, stack, frozen, fixed)
     return DoubleDQN(method, scenario, stack)
 
 

@@ -25,6 +25,7 @@ from hhrl_agents.replay import ReplayBuffer, Transitions
 from hhrl_agents.sampling import make_sampler
 from hhrl_agents.saving import Stateful, gather, scatter
 from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.start import NOTHING, Start
 from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.errors import InputError
 from hhrl_envs.state import State, count, read, read_count
@@ -36,7 +37,8 @@ class Learner:
     """Trains E independent seeds of one method, stacked into shared tensors; a `TrainableStack`.
 
     method: what to train; scenario: the world to train in; seeds: one for each of the E learners, of all of its random
-    draws; world_seeds: uint64 [E, n_envs], the worlds of its environments. A seed's draws do not depend on the others.
+    draws; world_seeds: uint64 [E, n_envs], the worlds of its environments; start: what the seeds begin with. A seed's
+    draws do not depend on the others.
     The tensors are small: train with one torch thread, more only wait for each other.
     """
 
@@ -47,6 +49,7 @@ class Learner:
         seeds: Sequence[int],
         world_seeds: npt.NDArray[np.uint64],
         device: str = "cpu",
+        start: Start = NOTHING,
     ) -> None:
         config = method.config
         if np.shape(world_seeds) != (len(seeds), config.n_envs):
@@ -54,9 +57,12 @@ class Learner:
         self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
         self.env_steps = self.updates = 0
         shapes, place = method_shapes(method, scenario.num_actions), torch.device(device)
+        start.require_fit(method, shapes, seeds)
         self.stack = ParameterStack(shapes, generators(seeds, Purpose.INITIALISATION), place)
-        self._frozen = frozen_parameters(method)
-        self.algorithm = make_algorithm(method, scenario, self.stack, self._frozen)
+        for index, parameters in enumerate(start.parameters):
+            self.stack.take_over(index, parameters)
+        self._frozen, self._epsilon = frozen_parameters(method), start.epsilon
+        self.algorithm = make_algorithm(method, scenario, self.stack, self._frozen, start.fixed)
         levels = self.algorithm.levels
         parts = [self.stack.part(f"{level}.") for level in levels]
         self._optimiser = Adam(self.stack.flat, parts, config.max_gradient_norm)
@@ -82,7 +88,7 @@ class Learner:
         config = self.method.config
         for done in range(self.env_steps, env_steps, config.n_envs):
             share = done / env_steps
-            self._interact(linear(1.0, config.final_epsilon, share / config.exploration_share))
+            self._interact(linear(self._epsilon, config.final_epsilon, share / config.exploration_share))
             learning_rate = linear(config.learning_rate, config.final_learning_rate, share)
             while self._update_is_due():
                 self._update(learning_rate)

@@ -4,7 +4,7 @@ The parameters of all layers are views of it, so that clipping, the optimiser's 
 few operations however many layers and seeds there are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import prod, sqrt
 
 import numpy as np
@@ -34,6 +34,12 @@ class ParameterStack:
         self.target = _views(self.flat_target, shapes)
         self.both = _views(storage.flatten(0, 1), shapes)
         self.gradients = _views(self.gradient, shapes)
+
+    def take_over(self, seed_index: int, parameters: Mapping[str, Tensor]) -> None:
+        """Return nothing; give one seed these parameters, name -> [1, in, out], online and target."""
+        for name, value in parameters.items():
+            for views in (self.online, self.target):
+                views[name][seed_index].copy_(value[0])
 
     def part(self, prefix: str) -> slice:
         """Return where in `flat` the parameters lie whose names start with `prefix`."""

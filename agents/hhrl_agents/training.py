@@ -10,6 +10,7 @@ from hhrl_agents.learners import Learner
 from hhrl_agents.methods import Method
 from hhrl_agents.pqn import PQNLearner
 from hhrl_agents.progress import TrainableStack
+from hhrl_agents.start import NOTHING, Start
 from hhrl_envs import Scenario
 from hhrl_envs.errors import InputError, require_value
 from hhrl_envs.extras import require
@@ -21,22 +22,26 @@ def make_learner(
     seeds: Sequence[int],
     world_seeds: npt.NDArray[np.uint64],
     device: str = "cpu",
+    start: Start = NOTHING,
 ) -> TrainableStack:
     """Return the learner of the method's algorithm; see `Learner` for the arguments.
 
     Raises:
         MissingExtraError: if the algorithm is a library's that is not installed.
-        InputError: if torch has no such device, or the algorithm does not use it.
+        InputError: if torch has no such device, the algorithm does not use it, or the start does not fit.
     """
     require_device(device)
+    if method.algorithm == "double-dqn":
+        return Learner(method, scenario, seeds, world_seeds, device, start)
+    plain = start is NOTHING
+    require_value(plain, "start", "a start from other parameters", f"none: {method.algorithm} begins from nothing")
     if method.algorithm == "ppo":
         require_value(device == "cpu", "device", repr(device), "cpu: PPO's small networks gain nothing from another")
         require("stable_baselines3", "sb3")
         from hhrl_agents.ppo import PPOLearner  # noqa: PLC0415
 
         return PPOLearner(method, scenario, seeds, world_seeds)
-    kind = PQNLearner if method.algorithm == "pqn" else Learner
-    return kind(method, scenario, seeds, world_seeds, device)
+    return PQNLearner(method, scenario, seeds, world_seeds, device)
 
 
 def require_device(device: str) -> None:
