@@ -61,7 +61,9 @@ def train(
 
     chosen = get_task(task)
     folder = out or Path("runs") / method / chosen.id
-    plan = training.Plan(method, chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder, device)
+    plan = training.Plan(
+        training.get_method(method), chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder, device
+    )
     finished = resume and RunDirectory(folder).finished(plan.seeds)
     try:
         with progress(f"{method}, seeds {seeds}") as update:

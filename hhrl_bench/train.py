@@ -13,7 +13,9 @@ import numpy as np
 from hhrl_agents import METHODS, checkpoints
 from hhrl_agents.files import write_atomically
 from hhrl_agents.learned import LearnedAgent
+from hhrl_agents.methods import Method
 from hhrl_agents.progress import Progress
+from hhrl_agents.start import NOTHING
 from hhrl_agents.training import make_learner, require_device
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import play
@@ -22,6 +24,7 @@ from hhrl_bench.provenance import provenance
 from hhrl_bench.run_directory import RunDirectory
 from hhrl_bench.seed_run import Row, SeedRun, find_fault
 from hhrl_bench.seeds import UInt64Array, format_seeds
+from hhrl_bench.source import Reuse
 from hhrl_bench.tasks import Task
 from hhrl_bench.threads import one_torch_thread
 from hhrl_bench.training_state import StateFile, TrainingState
@@ -36,42 +39,58 @@ VALIDATION_EPISODES = 256
 
 @dataclass(frozen=True)
 class Plan:
-    """What to train, for how many environment steps a seed, the run directory to fill, and where torch computes."""
+    """What to train, for how many environment steps a seed, the run directory to fill, and where torch computes.
 
-    method: str
+    reuse: what the seeds begin with, if not from nothing.
+    """
+
+    method: Method
     task: Task
     seeds: tuple[int, ...]
     env_steps: int
     folder: Path
     device: str = "cpu"
+    reuse: Reuse | None = None
 
     def __post_init__(self) -> None:
-        """Reject a method that is not registered, and a device that is not there."""
+        """Reject a device that is not there."""
         require_device(self.device)
-        if self.method not in METHODS:
-            raise AgentError(f"unknown method {self.method!r}; write one of: {', '.join(METHODS)}")
 
     @property
     def command(self) -> str:
         """The command that trains the same again."""
-        words = ["hhrl-bench", "train", self.method, "--task", self.task.id, "--seeds", format_seeds(self.seeds)]
+        if self.reuse:
+            return self.reuse.command
+        words = ["hhrl-bench", "train", self.method.id, "--task", self.task.id, "--seeds", format_seeds(self.seeds)]
         budget = [] if self.env_steps == self.task.env_steps else ["--env-steps", str(self.env_steps)]
         device = [] if self.device == "cpu" else ["--device", self.device]
         return shlex.join([*words, *budget, *device])
 
     def config(self) -> dict[str, Any]:
         """Return what all seeds of the run share, as JSON data."""
-        method, scenario = METHODS[self.method], get_scenario(self.task.scenario)
+        scenario = get_scenario(self.task.scenario)
         return {
-            "method": asdict(method),
-            "config_hash": method.config_hash,
+            "method": asdict(self.method),
+            "config_hash": self.method.config_hash,
             "task": self.task.id,
             "scenario": scenario.id,
             "spec_hash": scenario.spec_hash,
             "env_steps": self.env_steps,
             "device": self.device,
             "validation_episodes": VALIDATION_EPISODES,
+            **({"transfer": self.reuse.config(self.seeds)} if self.reuse else {}),
         }
+
+
+def get_method(name: str) -> Method:
+    """Return the registered method of an id.
+
+    Raises:
+        AgentError: naming the known ids.
+    """
+    if name not in METHODS:
+        raise AgentError(f"unknown method {name!r}; write one of: {', '.join(METHODS)}")
+    return METHODS[name]
 
 
 class Report(NamedTuple):
@@ -106,11 +125,11 @@ class _Training:
     """A training under way: the learner, and what its reports have come to."""
 
     def __init__(self, plan: Plan, directory: RunDirectory) -> None:
-        method = METHODS[plan.method]
         self._plan, self._directory = plan, directory
         self._scenario = get_scenario(plan.task.scenario)
-        worlds = _world_seeds(plan, method.config.n_envs)
-        self._learner = make_learner(method, self._scenario, plan.seeds, worlds, plan.device)
+        worlds = _world_seeds(plan, plan.method.config.n_envs)
+        start = plan.reuse.start(plan.method, plan.seeds) if plan.reuse else NOTHING
+        self._learner = make_learner(plan.method, self._scenario, plan.seeds, worlds, plan.device, start)
         self._runs = [SeedRun(seed) for seed in plan.seeds]
         self._state_path = directory.state(plan.seeds)
         self._file = StateFile(self._state_path, plan.config())
@@ -125,13 +144,19 @@ class _Training:
             from hhrl_bench.tensorboard import EventFiles  # noqa: PLC0415
 
             self._events = EventFiles(self._directory.folder, self._runs)
-        for progress in self._learner.train(self._plan.env_steps):
+        for progress in self._progress():
             self._report(progress)
             self._file.save_if_due(self._state)
             yield Report(progress.env_steps, tuple(map(_success, self._runs)))
             if all(run.failed for run in self._runs):
                 break
         self._finish()
+
+    def _progress(self) -> Iterator[Progress]:
+        """Yield what there is to report: the policies that begin, then the learner's reports."""
+        if not self._runs[0].curve:
+            yield Progress(0, 0, {}, np.zeros((len(self._runs), len(Outcome)), np.int64))
+        yield from self._learner.train(self._plan.env_steps)
 
     def _resume(self) -> None:
         saved = self._file.load(self._plan.seeds)
@@ -175,13 +200,13 @@ class _Training:
 
     def _save(self, path: Path, policy: LearnedAgent, row: Row) -> None:
         plan = self._plan
-        metadata = {"command": plan.command, "budget": plan.env_steps, "validation": row["validation"]}
+        metadata = {"command": plan.command, "budget": plan.env_steps or None, "validation": row["validation"]}
         checkpoints.save(path, policy, metadata)
 
     def _finish(self) -> None:
         """Write the provenance and the last checkpoints; the state goes last, so that a kill loses nothing."""
         plan, elapsed = self._plan, time.perf_counter() - self._started
-        record = provenance(plan.command, {f"{plan.task.id}/{plan.method}": elapsed})
+        record = provenance(plan.command, {f"{plan.task.id}/{plan.method.id}": elapsed})
         path = self._directory.folder / f"provenance-seeds-{format_seeds(plan.seeds)}.json"
         write_atomically(path, record.model_dump_json(indent=2) + "\n")
         for run, policy in zip(self._runs, self._learner.policies(), strict=True):

@@ -46,8 +46,8 @@ def test_a_seed_that_diverges_is_reported_and_the_other_undisturbed(sick: Path, 
     rows = [json.loads(line) for line in (sick / "curve-seed-2.jsonl").read_text().splitlines()]
     assert (failed["seed"], failed["env_steps"]) == (2, 400)
     assert failed["reason"] == rows[-1]["failed"] == "its parameters are not finite"
-    assert failed["last_finite_report"] == rows[0]
-    assert [row["env_steps"] for row in rows] == [200, 400]
+    assert failed["last_finite_report"] == rows[1]
+    assert [row["env_steps"] for row in rows] == [0, 200, 400]
     assert not list(sick.glob("seed-2*.safetensors"))
     list(training.train(plan(tmp_path / "sound")))
     sound = contents(tmp_path / "sound")
@@ -67,14 +67,14 @@ def test_the_seeds_that_are_left_are_scored(sick: Path) -> None:
 def test_a_training_ends_when_every_seed_has_failed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(training, "make_learner", Sick)
     reports = list(training.train(plan(tmp_path, seeds=(2,))))
-    assert [report.env_steps for report in reports] == [200, 400]
+    assert [report.env_steps for report in reports] == [0, 200, 400]
     assert math.isnan(reports[-1].success[0])
     assert set(contents(tmp_path)) == {"config.json", "curve-seed-2.jsonl", "seed-2.failed.json"}
 
 
 def test_a_failure_survives_a_resume(tmp_path: Path, sick: Path) -> None:
     reports = training.train(plan(tmp_path))
-    next(reports), next(reports)
+    next(reports), next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
     list(training.train(plan(tmp_path), resume=True))
     assert contents(tmp_path) == contents(sick)

@@ -48,8 +48,10 @@ def test_a_resumed_training_s_events_are_its_curves_once(tmp_path: Path) -> None
             ("validation/return_task", "validation", "return_task"),
         ):
             points = [(point.step, point.value) for point in events.Scalars(tag)]
-            assert [step for step, _ in points] == [200, 400, 600]
-            assert [value for _, value in points] == pytest.approx([row[group][name] for row in rows])
+            said = [(row["env_steps"], row[group][name]) for row in rows if name in row[group]]
+            assert [step for step, _ in said] == ([] if group == "losses" else [0]) + [200, 400, 600]
+            assert [step for step, _ in points] == [step for step, _ in said]
+            assert [value for _, value in points] == pytest.approx([value for _, value in said])
 
 
 def test_a_row_s_numbers_have_tags_and_missing_ones_none() -> None:

@@ -36,7 +36,7 @@ def small_methods() -> Iterator[pytest.MonkeyPatch]:
 
 def plan(folder: Path, seeds: tuple[int, ...] = (0, 2), method: str = "ddqn", env_steps: int = STEPS) -> training.Plan:
     """Return the plan of a small training."""
-    return training.Plan(method, TASK, seeds, env_steps, folder)
+    return training.Plan(training.get_method(method), TASK, seeds, env_steps, folder)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
