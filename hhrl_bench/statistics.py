@@ -25,6 +25,14 @@ class Estimate(NamedTuple):
     interval: IntervalKind
 
 
+class Band(NamedTuple):
+    """A mean [T] with the bounds of its confidence interval [T] at every point; NaN: unknown."""
+
+    mean: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
 def wilson(successes: int, n: int) -> Estimate:
     """Return the rate ``successes / n`` with its Wilson score interval (Wilson 1927)."""
     from scipy.stats import binomtest  # noqa: PLC0415
@@ -54,6 +62,20 @@ def bootstrap_mean(values: FloatArray, rng: np.random.Generator, kind: IntervalK
         rng=rng,
     ).confidence_interval
     return Estimate(mean, float(bounds.low), float(bounds.high), iqm, n, kind)
+
+
+def bootstrap_band(curves: FloatArray, rng: np.random.Generator) -> Band:
+    """Return the mean of ``curves`` [n, T] with its percentile bootstrap interval at every point.
+
+    Whole curves are resampled. The bounds are NaN where n = 1.
+    """
+    n, mean = len(curves), np.mean(curves, axis=0)
+    if n < 2:
+        return Band(mean, np.full_like(mean, np.nan), np.full_like(mean, np.nan))
+    weights = rng.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES) / n
+    tail = (1.0 - CONFIDENCE) / 2
+    low, high = np.quantile(weights @ curves, (tail, 1.0 - tail), axis=0)
+    return Band(mean, low, high)
 
 
 def interquartile_mean(values: FloatArray) -> float:
