@@ -8,6 +8,7 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
+from hhrl_bench.seeds import format_seeds
 from hhrl_bench.table import NONE, print_widest
 from hhrl_bench.transfer_columns import COLUMNS, Cell, Column
 from hhrl_bench.transfer_records import TransferRecord
@@ -30,9 +31,9 @@ def _tables(rows: Sequence[TransferRecord], columns: Sequence[Column], *, interv
 
 def _table(rows: Sequence[TransferRecord], columns: Sequence[Column], *, intervals: bool) -> Table:
     """Return the table of one method and source, with two lines an arm or one without intervals."""
-    first = rows[0]
+    first, seeds = rows[0], dict.fromkeys(format_seeds(row.seeds) for row in rows)
     table = Table(
-        title=f"{first.method} trained on {first.source}, {len(first.seeds)} seeds",
+        title=f"{first.method} trained on {first.source}, seeds {' or '.join(seeds)}",
         box=box.HORIZONTALS,
         show_edge=False,
         padding=(0, 1 if intervals else 0),

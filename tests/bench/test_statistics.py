@@ -66,13 +66,21 @@ def test_what_is_no_number_has_no_interval() -> None:
 def test_a_band_is_the_interval_of_the_mean_at_every_point() -> None:
     curves = np.random.default_rng(2).normal(size=(12, 3)) * [0.0, 1.0, 5.0] + [0.5, 1.0, 2.0]
     band = bootstrap_band(curves, np.random.default_rng(0))
-    np.testing.assert_array_equal(band.mean, curves.mean(axis=0))
+    np.testing.assert_allclose(band.mean, curves.mean(axis=0), rtol=1e-14)
     assert (band.low[0], band.high[0]) == pytest.approx((0.5, 0.5))
     for point in (1, 2):
         alone = bootstrap_mean(curves[:, point], np.random.default_rng(0), "bootstrap-seeds")
         width = alone.high - alone.low
         assert band.low[point] == pytest.approx(alone.low, abs=0.03 * width)
         assert band.high[point] == pytest.approx(alone.high, abs=0.03 * width)
+
+
+def test_curves_count_where_they_are_known() -> None:
+    nan = math.nan
+    band = bootstrap_band(np.array([[1.0, 0.0, nan], [3.0, nan, nan]]), np.random.default_rng(0))
+    assert band.mean[:2].tolist() == [2.0, 0.0]
+    assert (band.low[:2].tolist(), band.high[:2].tolist()) == ([1.0, 0.0], [3.0, 0.0])
+    assert np.isnan([band.mean[2], band.low[2], band.high[2]]).all()
 
 
 def test_one_curve_has_no_band() -> None:

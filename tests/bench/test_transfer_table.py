@@ -32,7 +32,7 @@ def test_the_table_fits_and_names_every_method_source_target_and_arm(width: int)
     assert max(map(len, lines)) <= width
     text = " ".join(" ".join(lines).split())
     assert "…" not in text
-    for heading in ("ddqn trained on stop-line-v0, 4 seeds", "hybrid-hrl trained on two-stops-v0, 4 seeds"):
+    for heading in ("ddqn trained on stop-line-v0, seeds 0-2,5", "hybrid-hrl trained on two-stops-v0, seeds 0-2,5"):
         assert heading in text
     assert text.count("zero-shot") == text.count("frozen-action") == text.count("fine-tune") == 5
     assert ("wider terminal" in text) == (width < 140)
