@@ -51,7 +51,10 @@ def asymptotic_gain(a: Curve, b: Curve) -> float:
 
 
 def time_to_threshold(curve: Curve) -> int | None:
-    """Return the env steps of the first report with a success of at least THRESHOLD; None: censored, never reached."""
+    """Return the env steps of the first report with a success of at least THRESHOLD; None: censored, never reached.
+
+    It is as coarse as the reports, and a lucky report counts: compare it between curves with the same reports alone.
+    """
     reached = (steps for steps, rate in zip(curve.env_steps, curve.success, strict=True) if rate >= THRESHOLD)
     return next(reached, None)
 
