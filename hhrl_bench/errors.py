@@ -21,3 +21,7 @@ class AgentError(InputError):
 
 class RecordError(InputError):
     """A leaderboard file that is not one."""
+
+
+class CurveError(InputError):
+    """Learning curves that are none, or that cannot be compared."""

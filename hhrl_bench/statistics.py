@@ -25,6 +25,14 @@ class Estimate(NamedTuple):
     interval: IntervalKind
 
 
+class Band(NamedTuple):
+    """A mean [T] with the bounds of its confidence interval [T] at every point; NaN: unknown."""
+
+    mean: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
 def wilson(successes: int, n: int) -> Estimate:
     """Return the rate ``successes / n`` with its Wilson score interval (Wilson 1927)."""
     from scipy.stats import binomtest  # noqa: PLC0415
@@ -54,6 +62,26 @@ def bootstrap_mean(values: FloatArray, rng: np.random.Generator, kind: IntervalK
         rng=rng,
     ).confidence_interval
     return Estimate(mean, float(bounds.low), float(bounds.high), iqm, n, kind)
+
+
+def bootstrap_band(curves: FloatArray, rng: np.random.Generator) -> Band:
+    """Return the mean of ``curves`` [n, T] with its percentile bootstrap interval at every point.
+
+    Whole curves are resampled; where a value is NaN, its curve does not count at that point. The bounds are NaN where
+    n = 1, and so is everything at a point without values.
+    """
+    n, points = curves.shape
+    known = np.isfinite(curves)
+    band, some = Band(*np.full((3, points), np.nan)), known.any(axis=0)
+    values, counted = np.where(known, curves, 0.0)[:, some], known[:, some]
+    band.mean[some] = values.sum(axis=0) / counted.sum(axis=0)
+    if n > 1:
+        weights = rng.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES).astype(np.float64)
+        with np.errstate(invalid="ignore"):
+            means = (weights @ values) / (weights @ counted)
+        tail = (1.0 - CONFIDENCE) / 2
+        band.low[some], band.high[some] = np.nanquantile(means, (tail, 1.0 - tail), axis=0)
+    return band
 
 
 def interquartile_mean(values: FloatArray) -> float:

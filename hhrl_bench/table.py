@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rich import box
-from rich.console import Console
+from rich.console import Console, Group
 from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
@@ -59,10 +59,16 @@ LAYOUTS = (
 
 def print_results(console: Console, task: TaskRecord, results: Sequence[ResultRecord]) -> None:
     """Return nothing; print one task's results in the widest layout that the console has room for."""
+    print_widest(console, [results_table(task, results, layout) for layout in LAYOUTS])
+
+
+def print_widest(console: Console, tables: Sequence[Table | Group]) -> int:
+    """Return the place of the table printed: the first that the console has room for; if none, the last."""
     boundless = console.options.update(max_width=BOUNDLESS)
-    tables = (results_table(task, results, layout) for layout in LAYOUTS)
-    fitting = (table for table in tables if Measurement.get(console, boundless, table).maximum <= console.width)
-    console.print(next(fitting, results_table(task, results, LAYOUTS[-1])))
+    widths = (Measurement.get(console, boundless, table).maximum for table in tables)
+    place = next((place for place, width in enumerate(widths) if width <= console.width), len(tables) - 1)
+    console.print(tables[place])
+    return place
 
 
 def results_table(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) -> Table:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hhrl_bench.paper import CASES, TABLE_I
-from hhrl_bench.statistics import bootstrap_mean, interquartile_mean, wilson
+from hhrl_bench.statistics import bootstrap_band, bootstrap_mean, interquartile_mean, wilson
 
 # The Wilson bounds in percent of k successes in 100, computed by hand from Wilson's formula with z = 1.959964.
 WILSON_OF_100 = {
@@ -61,6 +61,32 @@ def test_what_is_no_number_has_no_interval() -> None:
     estimate = bootstrap_mean(np.full(8, np.nan), np.random.default_rng(0), "bootstrap-episodes")
     assert math.isnan(estimate.mean)
     assert estimate.interval == "none"
+
+
+def test_a_band_is_the_interval_of_the_mean_at_every_point() -> None:
+    curves = np.random.default_rng(2).normal(size=(12, 3)) * [0.0, 1.0, 5.0] + [0.5, 1.0, 2.0]
+    band = bootstrap_band(curves, np.random.default_rng(0))
+    np.testing.assert_allclose(band.mean, curves.mean(axis=0), rtol=1e-14)
+    assert (band.low[0], band.high[0]) == pytest.approx((0.5, 0.5))
+    for point in (1, 2):
+        alone = bootstrap_mean(curves[:, point], np.random.default_rng(0), "bootstrap-seeds")
+        width = alone.high - alone.low
+        assert band.low[point] == pytest.approx(alone.low, abs=0.03 * width)
+        assert band.high[point] == pytest.approx(alone.high, abs=0.03 * width)
+
+
+def test_curves_count_where_they_are_known() -> None:
+    nan = math.nan
+    band = bootstrap_band(np.array([[1.0, 0.0, nan], [3.0, nan, nan]]), np.random.default_rng(0))
+    assert band.mean[:2].tolist() == [2.0, 0.0]
+    assert (band.low[:2].tolist(), band.high[:2].tolist()) == ([1.0, 0.0], [3.0, 0.0])
+    assert np.isnan([band.mean[2], band.low[2], band.high[2]]).all()
+
+
+def test_one_curve_has_no_band() -> None:
+    band = bootstrap_band(np.array([[0.0, 1.0]]), np.random.default_rng(0))
+    assert band.mean.tolist() == [0.0, 1.0]
+    assert np.isnan([band.low, band.high]).all()
 
 
 def test_the_interquartile_mean_forgets_the_outer_quarters() -> None:

@@ -1,0 +1,80 @@
+"""The figure of the transfer matrix: from every source to every target, what one method's policies are worth there."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from hhrl_bench import figures as fig
+from hhrl_bench.analysis_style import outline
+from hhrl_bench.statistics import FloatArray
+from hhrl_bench.table import NONE
+from hhrl_bench.transfer_records import Arm, TransferRecord
+
+
+class Map(NamedTuple):
+    """A map of one number of one arm: heading, colours and their range, how the number is written."""
+
+    heading: str
+    arm: Arm
+    value: Callable[[TransferRecord], float | None]
+    colours: str
+    norm: Normalize
+    written: Callable[[float], str]
+
+
+def _forward(row: TransferRecord) -> float | None:
+    return row.over_scratch.forward_transfer.mean if row.over_scratch else None
+
+
+def _signed(value: float) -> str:
+    return fig.number(value, "+z.2f")
+
+
+MAPS = (
+    Map("zero-shot success", "zero-shot", lambda row: row.start.mean, fig.SEQUENTIAL, Normalize(0, 1), "{:.0%}".format),
+    Map("forward transfer, frozen-action", "frozen-action", _forward, fig.DIVERGING, Normalize(-1, 1), _signed),
+    Map("forward transfer, fine-tune", "fine-tune", _forward, fig.DIVERGING, Normalize(-1, 1), _signed),
+)
+
+
+def draw_transfer_matrix(rows: Sequence[TransferRecord]) -> Figure:
+    """Return the figure of the rows of one method: a map for each arm there is; colours end at a transfer of -1."""
+    sources, targets = sorted({row.source for row in rows}), sorted({row.target for row in rows})
+    maps = [one for one in MAPS if any(row.arm == one.arm for row in rows)]
+    size = (max(2.2 + 0.75 * len(targets), 5.0), 2.2 + len(maps) * (0.45 + 0.4 * len(sources)))
+    figure = fig.new_figure(*size, f"Transfer of {rows[0].method}", "mean over the seeds")
+    axes = figure.subplots(len(maps), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, one in zip(axes, maps, strict=True):
+        _draw_map(axis, one, _values(one, rows, sources, targets))
+        axis.set_yticks(range(len(sources)), sources)
+        axis.set_ylabel("source")
+    axes[-1].set_xticks(range(len(targets)), targets, rotation=40, ha="right", rotation_mode="anchor")
+    axes[-1].set_xlabel("target")
+    return figure
+
+
+def _values(one: Map, rows: Sequence[TransferRecord], sources: list[str], targets: list[str]) -> FloatArray:
+    """Return the numbers of a map [sources, targets], NaN where there is none."""
+    values = np.full((len(sources), len(targets)), np.nan)
+    for row in rows:
+        value = one.value(row) if row.arm == one.arm else None
+        if value is not None:
+            values[sources.index(row.source), targets.index(row.target)] = value
+    return values
+
+
+def _draw_map(axes: Axes, one: Map, values: FloatArray) -> None:
+    axes.set_facecolor(fig.PALE)
+    image = axes.imshow(values, cmap=one.colours, norm=one.norm, aspect="auto")
+    for (y, x), value in np.ndenumerate(values):
+        red, green, blue, _ = image.cmap(one.norm(value)) if np.isfinite(value) else (1.0, 1.0, 1.0, 1.0)
+        dark = 0.299 * red + 0.587 * green + 0.114 * blue < 0.5
+        text = one.written(value) if np.isfinite(value) else NONE
+        axes.text(x, y, text, ha="center", va="center", color="white" if dark else fig.INK)
+    axes.set_title(one.heading)
+    axes.tick_params(length=0)
+    outline(axes)

@@ -1,0 +1,71 @@
+"""Transfer as a table to read: for every method and source its targets, and an arm a line what it is worth there."""
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from rich import box
+from rich.console import Console, Group
+from rich.table import Table
+from rich.text import Text
+
+from hhrl_bench.seeds import format_seeds
+from hhrl_bench.table import NONE, print_widest
+from hhrl_bench.transfer_columns import COLUMNS, Cell, Column
+from hhrl_bench.transfer_records import TransferRecord
+
+
+def print_transfers(console: Console, rows: Sequence[TransferRecord]) -> None:
+    """Return nothing; print a table for every method and source, in the widest layout that the console has room for."""
+    columns = [column for column in COLUMNS if any(column.cell(row).value for row in rows)]
+    narrower = [_tables(rows, columns[:last], intervals=False) for last in range(len(columns), 0, -1)]
+    place = print_widest(console, [_tables(rows, columns, intervals=True), *narrower])
+    console.print(_notes(rows, intervals=place == 0), style="dim", highlight=False)
+
+
+def _tables(rows: Sequence[TransferRecord], columns: Sequence[Column], *, intervals: bool) -> Group:
+    ordered = sorted(rows, key=lambda row: row.group)
+    groups = [list(group) for _, group in groupby(ordered, key=lambda row: row.group[:2])]
+    tables = [_table(group, columns, intervals=intervals) for group in groups]
+    return Group(*(part for table in tables for part in (table, "")))
+
+
+def _table(rows: Sequence[TransferRecord], columns: Sequence[Column], *, intervals: bool) -> Table:
+    """Return the table of one method and source, with two lines an arm or one without intervals."""
+    first, seeds = rows[0], dict.fromkeys(format_seeds(row.seeds) for row in rows)
+    table = Table(
+        title=f"{first.method} trained on {first.source}, seeds {' or '.join(seeds)}",
+        box=box.HORIZONTALS,
+        show_edge=False,
+        padding=(0, 1 if intervals else 0),
+        collapse_padding=True,
+        pad_edge=False,
+        title_justify="left",
+    )
+    table.add_column("target", overflow="fold", max_width=26, vertical="top")
+    for column in columns:
+        table.add_column(column.heading, justify="right", no_wrap=True)
+    for target, arms in groupby(rows, key=lambda row: row.target):
+        table.add_section()
+        table.add_row(Text(target, style="bold"))
+        for row in arms:
+            table.add_row(f"  {row.arm}", *(_text(column.cell(row), intervals=intervals) for column in columns))
+    return table
+
+
+def _text(cell: Cell, *, intervals: bool) -> Text:
+    text = Text(cell.value or NONE)
+    return text.append(f"\n{cell.bounds}", style="dim") if intervals and cell.bounds else text
+
+
+def _notes(rows: Sequence[TransferRecord], *, intervals: bool) -> str:
+    budgets = sorted({row.budget for row in rows})
+    words = " to ".join(f"{budget:,}" for budget in dict.fromkeys((budgets[0], budgets[-1])))
+    shown = "The pair under a number is its 95% interval, a bootstrap over the seeds; inf: without bound."
+    return "\n".join(
+        (
+            f"Success on validation episodes (in test: on test episodes); a budget of {words} env steps.",
+            "Steps: the median in thousands, or how many seeds got there within the budget.",
+            "Steps ratio: of the medians, below 1 is faster than scratch; <= and >= where one lies beyond the budget.",
+            shown if intervals else "A wider terminal shows more columns and 95% intervals.",
+        )
+    )
