@@ -3,9 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Literal
 
 from hhrl_agents.methods import Method
 from hhrl_envs import Scenario
+
+ArmName = Literal["zero-shot", "frozen-action", "fine-tune", "scratch"]
+
+CONTROL: ArmName = "scratch"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +26,7 @@ class Arm:
         summary: what it is, in a line.
     """
 
-    id: str
+    id: ArmName
     carries: tuple[str, ...]
     fixed: tuple[str, ...] = ()
     trains: bool = True
@@ -40,14 +45,14 @@ class Arm:
 
 _BOTH = ("option", "action")
 
-ARMS: Mapping[str, Arm] = MappingProxyType(
+ARMS: Mapping[ArmName, Arm] = MappingProxyType(
     {
         arm.id: arm
         for arm in (
             Arm("zero-shot", carries=_BOTH, trains=False, summary="the source's policy as it is"),
             Arm("frozen-action", ("action",), fixed=("action",), summary="action level kept, options learned anew"),
             Arm("fine-tune", carries=_BOTH, epsilon=0.2, summary="everything taken over goes on learning"),
-            Arm("scratch", carries=(), summary="the control: the same method and budget from nothing"),
+            Arm(CONTROL, carries=(), summary="the control: the same method and budget from nothing"),
         )
     }
 )

@@ -21,6 +21,9 @@ HeldOption = Annotated[
         help="Hold this option fixed: stop at the stop-line (the paper's SSL), or follow the front vehicle (FFV).",
     ),
 ]
+WorkersOption = Annotated[
+    int | None, typer.Option(min=1, help="Processes that work side by side.", show_default="the number of cores")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
 
 INTERRUPTED = 130
@@ -160,9 +163,25 @@ def _analyse(
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
     out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="leaderboards/SUITE.json")] = None,
+    work: Annotated[Path | None, typer.Option(help="Folder of its trainings.", show_default="runs/SUITE")] = None,
+    workers: WorkersOption = None,
 ) -> None:
-    """Run a suite, print its table and write its leaderboard."""
-    _commands().run(suite, out)
+    """Run a suite, print its table and write its leaderboard; what was stopped goes on; exit code 1 if a unit fails."""
+    raise typer.Exit(0 if _commands().run(suite, out, work, workers) else 1)
+
+
+@app.command("transfer")
+def _transfer(
+    source: Annotated[str, typer.Option(help="A run directory, or a method with shipped seeds.", show_default=False)],
+    target: Annotated[list[str], typer.Option(metavar="TASK", help="A target task; may be repeated.")],
+    seeds: Annotated[str, typer.Option(help="Training seeds, such as 0-4,7.", show_default="all of the source")] = "",
+    env_steps: Annotated[int, typer.Option(min=1, help="Steps for each seed in each arm.")] = 100_000,
+    episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
+    out: Annotated[Path, typer.Option(help="Folder of the trainings and of transfer.json.")] = Path("runs/transfer"),
+    workers: WorkersOption = None,
+) -> None:
+    """Reuse a trained run in other tasks, arm by arm, beside training from scratch; what was stopped goes on."""
+    raise typer.Exit(0 if _commands().transfer(source, target, seeds, env_steps, episodes, out, workers) else 1)
 
 
 @app.command("calibrate")
@@ -185,6 +204,15 @@ def _leaderboard_show(
 ) -> None:
     """Print a leaderboard as a table."""
     _commands().show_leaderboard(file, as_json=json)
+
+
+@app.command("figures")
+def _figures(
+    file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/transfer.json"),
+    out: Annotated[Path | None, typer.Option(help="Folder.", show_default="FILE without .json")] = None,
+) -> None:
+    """Draw the figures of a leaderboard file, as SVG and PNG."""
+    _commands().figures(file, out)
 
 
 @leaderboard_app.command("schema")

@@ -16,17 +16,21 @@ from rich.table import Table
 from hhrl_agents.files import require_writable
 from hhrl_bench import leaderboard
 from hhrl_bench.errors import AgentError
+from hhrl_bench.executors import Done
+from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.listing import LISTS, Rows
 from hhrl_bench.loading import load_agent, load_agents
 from hhrl_bench.players import OPTIONS
 from hhrl_bench.progress import progress
-from hhrl_bench.records import LeaderboardRecord, OptionName
-from hhrl_bench.results import TimedResult, evaluate_agent, evaluation_record, task_record
+from hhrl_bench.records import OptionName, TimedResult
+from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
 from hhrl_bench.seeds import MAX_TRAINING_SEED, parse_seeds
-from hhrl_bench.suite import get_suite, units
+from hhrl_bench.study import Study, suite_study, transfer_study
+from hhrl_bench.suite import get_suite
 from hhrl_bench.table import print_results
 from hhrl_bench.tasks import Task, get_task, get_world
+from hhrl_bench.transfer_table import print_transfers
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
 
@@ -95,7 +99,7 @@ def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None
     _require_playable(agents, chosen)
     timed = [_evaluate_timed(agent, chosen, episodes, held) for agent in agents]
     if not as_json:
-        print_results(_console(), record, [result for result, _ in timed])
+        print_results(_console(), record, [one.result for one in timed])
         return
     words = ["hhrl-bench", "evaluate", *agents, "--task", task, "--episodes", str(episodes)]
     command = shlex.join([*words, "--option", held] if held else words)
@@ -109,21 +113,50 @@ def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None
     analysis_command.run(_console(), agent, task, episodes, episode, out, as_json=as_json)
 
 
-def run(suite_id: str, out: Path | None) -> None:
-    """Return nothing; run a suite, write its leaderboard and print it."""
-    suite = get_suite(suite_id)
-    path = out or Path("leaderboards") / f"{suite.id}.json"
+def run(suite_id: str, out: Path | None, work: Path | None, workers: int | None) -> bool:
+    """Return whether every unit of the suite was done; write and print its leaderboard."""
+    study = suite_study(get_suite(suite_id), work or Path("runs") / suite_id)
+    return _do(study, out or Path("leaderboards") / f"{suite_id}.json", workers)
+
+
+def transfer(
+    source: str, targets: Sequence[str], seeds: str, env_steps: int, episodes: int, out: Path, workers: int | None
+) -> bool:
+    """Return whether every arm was done; reuse a source in the targets, write and print what it is worth there."""
+    require("torch", "torch")
+    study = transfer_study(source, targets, parse_seeds(seeds) if seeds else (), env_steps, episodes, out)
+    return _do(study, out / "transfer.json", workers)
+
+
+def _do(study: Study, path: Path, workers: int | None) -> bool:
+    """Return whether every unit of a study was done; write and print its leaderboard, or say which failed."""
     require_writable(path)
-    results = []
-    total = len(list(units(suite)))
-    with progress(f"suite {suite.id}") as update:
-        for timed in leaderboard.run_suite(suite):
-            results.append(timed)
-            update(len(results), total, f"{timed.result.agent}: success {timed.result.metrics.success.mean:.1%}")
-    board = leaderboard.build(suite, results, f"hhrl-bench run --suite {suite.id}")
+    done: list[Done] = []
+    with progress(f"suite {study.name}") as update:
+        for one in study.run(workers or os.cpu_count() or 1):
+            done.append(one)
+            said = f"success {one.outcome.result.metrics.success.mean:.1%}" if one.outcome else "failed"
+            update(len(done), study.units, f"{one.unit.name}: {said}")
+    failed = [one for one in done if one.outcome is None]
+    for one in failed:
+        typer.echo(f"hhrl-bench: {one.unit.name} failed: {one.failure}", err=True)
+    if failed:
+        typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
+        return False
+    board = study.leaderboard(done)
     written = leaderboard.write(board, path)
     _print_leaderboard(board)
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
+    return True
+
+
+def figures(path: Path, out: Path | None) -> None:
+    """Return nothing; draw the figures of a leaderboard file into a folder, beside it by default."""
+    require("matplotlib", "report")
+    from hhrl_bench.leaderboard_figures import save_leaderboard_figures  # noqa: PLC0415
+
+    for file in save_leaderboard_figures(leaderboard.read(path), out or path.with_suffix("")):
+        typer.echo(f"wrote {file}", err=True)
 
 
 def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, check: bool) -> bool:
@@ -183,7 +216,7 @@ def _evaluate_timed(agent: str, task: Task, episodes: int, option: OptionName | 
     with progress(f"{agent} on {task.id}") as update:
         result = evaluate_agent(agent, task, episodes, option, update)
     _say_failed(Path(agent), range(MAX_TRAINING_SEED + 1))
-    return TimedResult(result, time.perf_counter() - started)
+    return TimedResult(result=result, seconds=time.perf_counter() - started)
 
 
 def _option(spelling: str | None) -> OptionName | None:
@@ -199,6 +232,8 @@ def _print_leaderboard(board: LeaderboardRecord) -> None:
     console = _console()
     for task in board.tasks:
         print_results(console, task, [result for result in board.results if result.task == task.id])
+    if board.transfer:
+        print_transfers(console, board.transfer.rows)
 
 
 def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) -> None:

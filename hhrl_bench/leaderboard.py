@@ -1,8 +1,7 @@
-"""Leaderboards: a suite's results, built, written whole, and read back strictly."""
+"""Leaderboards: results built into one record, written whole, and read back strictly."""
 
 import json
-import time
-from collections.abc import Iterator
+from collections.abc import Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -10,37 +9,32 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from hhrl_agents.files import write_atomically
 from hhrl_bench.errors import RecordError
-from hhrl_bench.loading import load_agents
+from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.provenance import provenance
-from hhrl_bench.records import SCHEMA_VERSION, LeaderboardRecord, first_problem
-from hhrl_bench.results import BOOTSTRAP_SEED, TimedResult, evaluate_agent, task_record, wall_seconds
+from hhrl_bench.records import SCHEMA_VERSION, TaskRecord, TimedResult, first_problem
+from hhrl_bench.results import BOOTSTRAP_SEED, wall_seconds
 from hhrl_bench.statistics import CONFIDENCE
-from hhrl_bench.suite import Suite, units
-from hhrl_bench.tasks import get_task
-from hhrl_envs import get_scenario
+from hhrl_bench.transfer_records import TransferSetRecord
 
 MAX_BYTES = 16 * 2**20
 
 
-def run_suite(suite: Suite) -> Iterator[TimedResult]:
-    """Return, one after the other, the result of every unit of the suite; an agent that does not load is said first."""
-    for unit in units(suite):
-        load_agents(unit.agent, get_scenario(unit.task.scenario))
-    for unit in units(suite):
-        started = time.perf_counter()
-        result = evaluate_agent(unit.agent, unit.task, unit.episodes)
-        yield TimedResult(result, time.perf_counter() - started)
-
-
-def build(suite: Suite, results: list[TimedResult], command: str) -> LeaderboardRecord:
-    """Return the leaderboard of a suite's finished units, made by ``command``."""
+def build(
+    suite: str,
+    tasks: Sequence[TaskRecord],
+    results: Sequence[TimedResult],
+    command: str,
+    transfer: TransferSetRecord | None = None,
+) -> LeaderboardRecord:
+    """Return the leaderboard of finished units, made by ``command``."""
     return LeaderboardRecord(
         schema_version=SCHEMA_VERSION,
-        suite=suite.id,
+        suite=suite,
         confidence=CONFIDENCE,
         bootstrap_seed=BOOTSTRAP_SEED,
-        tasks=tuple(task_record(get_task(task), suite.episodes) for task in suite.tasks),
+        tasks=tuple(tasks),
         results=tuple(timed.result for timed in results),
+        transfer=transfer,
         provenance=provenance(command, wall_seconds(results)),
     )
 

@@ -4,9 +4,9 @@ Records are strict (no unknown key, no coerced type), frozen, and hold finite nu
 two runs of a command (clock, machine, versions) stands in the ``provenance`` block; the rest is equal digit for digit.
 """
 
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from hhrl_bench.statistics import IntervalKind
 
@@ -107,6 +107,13 @@ class ResultRecord(Record):
         return tuple(run.training.seed for run in self.runs if run.training)
 
 
+class TimedResult(Record):
+    """A result, and the seconds it took."""
+
+    result: ResultRecord
+    seconds: Annotated[float, Field(allow_inf_nan=False, ge=0.0)]
+
+
 class TaskRecord(Record):
     """A task as it was played: test episode i is the world of seed ``test_start + i``."""
 
@@ -149,29 +156,6 @@ class EvaluationRecord(Record):
     task: TaskRecord
     results: Annotated[tuple[ResultRecord, ...], Field(min_length=1)]
     provenance: ProvenanceRecord
-
-
-class LeaderboardRecord(Record):
-    """What ``hhrl-bench run`` writes: every agent of a suite on every task of it."""
-
-    schema_version: Literal[1]
-    suite: Name
-    confidence: Rate
-    bootstrap_seed: Count
-    tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1)]
-    results: tuple[ResultRecord, ...]
-    provenance: ProvenanceRecord
-
-    @model_validator(mode="after")
-    def _results_are_of_known_tasks_and_unique(self) -> Self:
-        known = {task.id for task in self.tasks}
-        names = [(result.task, result.agent) for result in self.results]
-        for task, agent in names:
-            if task not in known:
-                raise ValueError(f"{agent} has a result on {task}, which is not among the tasks")
-            if names.count((task, agent)) > 1:
-                raise ValueError(f"{agent} has two results on {task}; keep one")
-        return self
 
 
 def first_problem(error: ValidationError) -> str:

@@ -1,7 +1,6 @@
 """Results: the runs of one agent on one task, and what they come to."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from hhrl_bench.records import (
     RunMetricsRecord,
     RunRecord,
     TaskRecord,
+    TimedResult,
 )
 from hhrl_bench.statistics import CONFIDENCE, Estimate, bootstrap_mean, wilson
 from hhrl_bench.tasks import Task
@@ -30,13 +30,6 @@ from hhrl_bench.threads import one_torch_thread
 from hhrl_envs import get_scenario
 
 BOOTSTRAP_SEED = 20200725
-
-
-class TimedResult(NamedTuple):
-    """A result and the seconds it took."""
-
-    result: ResultRecord
-    seconds: float
 
 
 def evaluate_agent(
@@ -74,14 +67,14 @@ def evaluation_record(task: TaskRecord, timed: Sequence[TimedResult], command: s
         confidence=CONFIDENCE,
         bootstrap_seed=BOOTSTRAP_SEED,
         task=task,
-        results=tuple(result for result, _ in timed),
+        results=tuple(one.result for one in timed),
         provenance=provenance(command, wall_seconds(timed)),
     )
 
 
 def wall_seconds(timed: Sequence[TimedResult]) -> dict[str, float]:
     """Return what each result took, by task and agent."""
-    return {f"{result.task}/{result.agent}": seconds for result, seconds in timed}
+    return {f"{one.result.task}/{one.result.agent}": one.seconds for one in timed}
 
 
 def task_record(task: Task, episodes: int) -> TaskRecord:

@@ -78,6 +78,18 @@ class RunDirectory:
         text = "".join(json.dumps(row, allow_nan=False) + "\n" for row in rows)
         write_atomically(self.curve(seed), text)
 
+    def read_curve(self, seed: int) -> list[dict[str, Any]]:
+        """Return the reports of a seed so far, oldest first.
+
+        Raises:
+            OutputError: if there are none, or the file holds something else.
+        """
+        path = self.curve(seed)
+        try:
+            return [dict(json.loads(line)) for line in path.read_text(encoding="utf-8").splitlines()]
+        except (OSError, ValueError, TypeError) as error:
+            raise OutputError(f"cannot read the learning curve {path}: {error}; train the seed again") from error
+
     def write_failure(self, seed: int, record: Mapping[str, Any]) -> None:
         """Return nothing; write why a seed has failed, and remove its checkpoint."""
         write_atomically(self.failed(seed), json.dumps(record, indent=2, allow_nan=False) + "\n")

@@ -19,6 +19,7 @@ class Task:
         id: versioned name, as the command line spells it.
         scenario: id of the world it is played in.
         env_steps: training budget of one seed, in environment steps.
+        given_actions: whether the action level is given, by the stop controller and the trained `follow-only`.
         train: worlds to learn from.
         validation: worlds to choose checkpoints by.
         test: worlds to score on; episode i of a test set is the world of seed ``test.start + i`` for every agent.
@@ -27,6 +28,7 @@ class Task:
     id: str
     scenario: str
     env_steps: int
+    given_actions: bool = False
     train: SeedRange = field(default=TRAIN, init=False)
     validation: SeedRange = field(default=VALIDATION, init=False)
     test: SeedRange = field(default=TEST, init=False)
@@ -41,7 +43,7 @@ TASKS: Mapping[str, Task] = MappingProxyType(
         task.id: task
         for task in (
             *(Task(world.id, world.id, env_steps=_BUDGETS.get(world.id, 1_000_000)) for world in _WORLDS),
-            Task("option-only-v0", "stop-line-v0", env_steps=300_000),
+            Task("option-only-v0", "stop-line-v0", env_steps=300_000, given_actions=True),
         )
     }
 )

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from hhrl_bench.records import MetricRecord
 from hhrl_bench.transfer_metrics import THRESHOLD
 from hhrl_bench.transfer_records import SeedsMetricRecord, TransferRecord
 
@@ -22,17 +21,13 @@ class Column(NamedTuple):
     cell: Callable[[TransferRecord], Cell]
 
 
-def _rate(metric: SeedsMetricRecord | MetricRecord) -> Cell:
+def _rate(metric: SeedsMetricRecord) -> Cell:
     bounds = None if metric.low is None or metric.high is None else f"{_percent(metric.low)}, {_percent(metric.high)}"
     return Cell(None if metric.mean is None else f"{metric.mean:.1%}", bounds)
 
 
 def _percent(rate: float) -> str:
     return f"{100 * rate:.1f}" if rate < 0.9995 else "100"
-
-
-def _test(row: TransferRecord) -> Cell:
-    return Cell() if row.test is None else _rate(row.test.success)
 
 
 def _gain(name: str) -> Callable[[TransferRecord], Cell]:
@@ -80,6 +75,5 @@ COLUMNS = (
     Column("success\nat end", lambda row: _rate(row.final)),
     Column("gain\nat end", _gain("asymptotic_gain")),
     Column("transfer\nratio", _gain("transfer_ratio")),
-    Column("success\nin test", _test),
 )
 """The first ones are shown longest where there is little room."""

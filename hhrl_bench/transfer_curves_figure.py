@@ -9,12 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hhrl_bench import figures as fig
+from hhrl_bench.arms import ArmName
 from hhrl_bench.curve_style import BAND, Line, draw_curves, legend_below, rate_axes
 from hhrl_bench.seeds import format_seeds
 from hhrl_bench.transfer_metrics import THRESHOLD
-from hhrl_bench.transfer_records import Arm, TransferRecord
+from hhrl_bench.transfer_records import TransferRecord
 
-LINES: Mapping[Arm, Line] = {
+LINES: Mapping[ArmName, Line] = {
     "scratch": Line("scratch", fig.GREY, "-"),
     "zero-shot": Line("zero-shot", fig.PURPLE, "--"),
     "frozen-action": Line("frozen-action", fig.ORANGE, "-."),

@@ -10,16 +10,17 @@ from matplotlib.figure import Figure
 
 from hhrl_bench import figures as fig
 from hhrl_bench.analysis_style import outline
+from hhrl_bench.arms import ArmName
 from hhrl_bench.statistics import FloatArray
 from hhrl_bench.table import NONE
-from hhrl_bench.transfer_records import Arm, TransferRecord
+from hhrl_bench.transfer_records import TransferRecord
 
 
 class Map(NamedTuple):
     """A map of one number of one arm: heading, colours and their range, how the number is written."""
 
     heading: str
-    arm: Arm
+    arm: ArmName
     value: Callable[[TransferRecord], float | None]
     colours: str
     norm: Normalize

@@ -6,16 +6,13 @@ fine-tune, all of it trained on. The control is scratch: the same method from no
 """
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from hhrl_bench.records import Count, Finite, MetricsRecord, Name, Positive, Rate, Record
+from hhrl_bench.arms import CONTROL, ArmName
+from hhrl_bench.records import Count, Finite, Name, Positive, Rate, Record
 from hhrl_bench.transfer_metrics import Curve
-
-Arm = Literal["zero-shot", "frozen-action", "fine-tune", "scratch"]
-ARMS: tuple[Arm, ...] = get_args(Arm)
-CONTROL: Arm = "scratch"
 
 
 class SeedsMetricRecord(Record):
@@ -64,13 +61,13 @@ class TransferRecord(Record):
 
     ``budget`` is the last report's env steps; zero-shot keeps its success all along. ``start``, ``final`` and ``area``
     are the success at step 0, at the last report, and on the average in between. ``over_scratch`` is null for scratch,
-    whose ``source`` is that of the arms it is the control of; ``test`` holds the chosen checkpoints' test episodes.
+    whose ``source`` is that of the arms it is the control of.
     """
 
     source: Name
     target: Name
     method: Name
-    arm: Arm
+    arm: ArmName
     seeds: Annotated[tuple[Count, ...], Field(min_length=1)]
     budget: Positive
     threshold: Rate
@@ -81,7 +78,6 @@ class TransferRecord(Record):
     area: SeedsMetricRecord
     steps_to_threshold: StepsRecord
     over_scratch: ComparisonRecord | None
-    test: MetricsRecord | None
 
     @property
     def group(self) -> "Group":

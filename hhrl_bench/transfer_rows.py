@@ -6,18 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hhrl_bench.arms import ARMS, CONTROL, ArmName
 from hhrl_bench.errors import CurveError
-from hhrl_bench.records import SCHEMA_VERSION, MetricsRecord
+from hhrl_bench.records import SCHEMA_VERSION
 from hhrl_bench.results import BOOTSTRAP_SEED
 from hhrl_bench.statistics import CONFIDENCE
 from hhrl_bench.transfer_metrics import THRESHOLD, Curve, area
-from hhrl_bench.transfer_records import ARMS, CONTROL, Arm, Group, TransferRecord, TransferSetRecord
+from hhrl_bench.transfer_records import Group, TransferRecord, TransferSetRecord
 from hhrl_bench.transfer_summary import comparison, steps_to_threshold, summary
 
 
 @dataclass(frozen=True, slots=True)
 class ArmCurves:
-    """The success rates [seeds, reports] of one arm at ``env_steps`` [reports], and its test metrics, if any.
+    """The success rates [seeds, reports] of one arm at ``env_steps`` [reports].
 
     Zero-shot may have a single report, at step 0: it does not learn.
     """
@@ -25,7 +26,6 @@ class ArmCurves:
     seeds: tuple[int, ...]
     env_steps: tuple[int, ...]
     success: tuple[tuple[float, ...], ...]
-    test: MetricsRecord | None = None
 
     def curves(self) -> list[Curve]:
         """Return the curve of every seed.
@@ -42,16 +42,16 @@ class ArmCurves:
         return [Curve(self.env_steps, tuple(rates)) for rates in self.success]
 
 
-class Transfer(NamedTuple):
+class TransferCurves(NamedTuple):
     """The arms of one method from one source task on one target task."""
 
     source: str
     target: str
     method: str
-    curves: Mapping[Arm, ArmCurves]
+    curves: Mapping[ArmName, ArmCurves]
 
 
-def transfer_set(transfers: Iterable[Transfer], bootstrap_seed: int = BOOTSTRAP_SEED) -> TransferSetRecord:
+def transfer_set(transfers: Iterable[TransferCurves], bootstrap_seed: int = BOOTSTRAP_SEED) -> TransferSetRecord:
     """Return the record of a study; its errors are those of :func:`transfer_rows`."""
     groups = [transfer_rows(*transfer, np.random.default_rng(bootstrap_seed)) for transfer in transfers]
     return TransferSetRecord(
@@ -64,16 +64,16 @@ def transfer_set(transfers: Iterable[Transfer], bootstrap_seed: int = BOOTSTRAP_
 
 def recompute(record: TransferSetRecord) -> TransferSetRecord:
     """Return what the stored curves and bootstrap seed come to: an equal record, if no number of it was changed."""
-    groups: dict[Group, dict[Arm, ArmCurves]] = {}
+    groups: dict[Group, dict[ArmName, ArmCurves]] = {}
     for row in record.rows:
         arms = groups.setdefault(row.group, {})
-        arms[row.arm] = ArmCurves(row.seeds, row.env_steps, row.success, row.test)
-    transfers = (Transfer(group.source, group.target, group.method, arms) for group, arms in groups.items())
+        arms[row.arm] = ArmCurves(row.seeds, row.env_steps, row.success)
+    transfers = (TransferCurves(group.source, group.target, group.method, arms) for group, arms in groups.items())
     return transfer_set(transfers, record.bootstrap_seed)
 
 
 def transfer_rows(
-    source: str, target: str, method: str, curves: Mapping[Arm, ArmCurves], rng: np.random.Generator
+    source: str, target: str, method: str, curves: Mapping[ArmName, ArmCurves], rng: np.random.Generator
 ) -> tuple[TransferRecord, ...]:
     """Return the record of every arm there is, in the order of ARMS.
 
@@ -92,7 +92,7 @@ def transfer_rows(
     return tuple(rows)
 
 
-def _row(group: Group, arm: Arm, own: ArmCurves, control: ArmCurves, rng: np.random.Generator) -> TransferRecord:
+def _row(group: Group, arm: ArmName, own: ArmCurves, control: ArmCurves, rng: np.random.Generator) -> TransferRecord:
     b = control.curves()
     if len(control.env_steps) < 2:
         raise CurveError(f"{CONTROL} has a single report; train it for a budget")
@@ -112,7 +112,6 @@ def _row(group: Group, arm: Arm, own: ArmCurves, control: ArmCurves, rng: np.ran
         area=summary([area(curve) for curve in a], rng),
         steps_to_threshold=steps_to_threshold(a),
         over_scratch=None if arm == CONTROL else comparison(a, b, rng),
-        test=own.test,
     )
 
 

@@ -10,11 +10,12 @@ import pytest
 
 import hhrl_bench
 from hhrl_agents import METHODS, RULES
-from hhrl_bench import leaderboard, suite
+from hhrl_bench import suite, units
 from hhrl_bench.evaluation import evaluate
+from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.loading import load_agent
-from hhrl_bench.records import EvaluationRecord, LeaderboardRecord
-from hhrl_bench.suite import SUITES, Suite
+from hhrl_bench.records import EvaluationRecord
+from hhrl_bench.suite import SUITES, ScoreSuite
 from hhrl_bench.tasks import TASKS
 from support.command_line import invoke
 
@@ -55,9 +56,9 @@ def process(*arguments: str, folder: Path, code: str | None = None) -> subproces
 
 
 @pytest.fixture
-def tiny(monkeypatch: pytest.MonkeyPatch) -> Suite:
+def tiny(monkeypatch: pytest.MonkeyPatch) -> ScoreSuite:
     """A suite that takes no time, in place of the quick one."""
-    small = Suite("quick", agents=("rule-2", "rule-4"), tasks=("stop-line-v0",), episodes=20)
+    small = ScoreSuite("quick", agents=("rule-2", "rule-4"), tasks=("stop-line-v0",), episodes=20)
     monkeypatch.setattr(suite, "SUITES", {"quick": small})
     return small
 
@@ -150,7 +151,7 @@ def test_a_checkpoint_of_another_scenario_is_noted_below_the_table() -> None:
     assert note not in done("evaluate", "ddqn", "--episodes", "2")
 
 
-def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: Suite, tmp_path: Path) -> None:
+def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: ScoreSuite, tmp_path: Path) -> None:
     path = tmp_path / "boards" / "a.json"
     said = done("run", "--suite", "quick", "--out", str(path))
     board = LeaderboardRecord.model_validate_json(path.read_text())
@@ -169,8 +170,13 @@ def test_run_that_fails_leaves_the_old_leaderboard(tmp_path: Path, monkeypatch: 
     def fails(*_: object) -> None:
         raise OSError(28, "No space left on device", "somewhere")
 
-    monkeypatch.setattr(leaderboard, "evaluate_agent", fails)
-    assert refused("run", "--out", str(path)).endswith("No space left on device: somewhere")
+    monkeypatch.setattr(units, "evaluate_agent", fails)
+    said = invoke("run", "--out", str(path), "--workers", "1")
+    assert (said.exit_code, said.stdout) == (1, "")
+    first, last = said.stderr.splitlines()[-3::2]
+    assert first.startswith("hhrl-bench: rule-2 on stop-line-v0 failed: ")
+    assert first.endswith("No space left on device: 'somewhere'")
+    assert last == "hhrl-bench: no leaderboard was written; the same command goes on with what is left"
     assert path.read_text() == "before"
     assert [p.name for p in tmp_path.iterdir()] == ["a.json"]
 
@@ -235,7 +241,7 @@ def test_bad_usage_is_one_line_and_exit_code_2(arguments: list[str], said: str) 
 
 
 def test_output_below_a_file_is_refused_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(leaderboard, "evaluate_agent", lambda *_: pytest.fail("played"))
+    monkeypatch.setattr("hhrl_bench.study.run_stages", lambda *_: pytest.fail("played"))
     file = tmp_path / "file"
     file.write_text("before")
     assert "cannot write" in refused("run", "--out", str(file / "a.json"))

@@ -9,20 +9,23 @@ import pytest
 from pydantic import ValidationError
 
 from hhrl_agents import METHODS, RULES
-from hhrl_bench import leaderboard
+from hhrl_bench import leaderboard, units
 from hhrl_bench.errors import AgentError, RecordError, UnknownSuiteError
-from hhrl_bench.leaderboard import build, read, run_suite, write
+from hhrl_bench.leaderboard import read, write
+from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.loading import shipped_methods
-from hhrl_bench.records import LeaderboardRecord, MetricsRecord
-from hhrl_bench.suite import SUITES, Suite, get_suite, units
+from hhrl_bench.records import MetricsRecord
+from hhrl_bench.study import suite_study
+from hhrl_bench.suite import SUITES, ScoreSuite, Suite, get_suite
 from hhrl_bench.tasks import TASKS, TEST
 
-TINY = Suite("tiny", agents=("rule-1", "rule-2"), tasks=("stop-line-v0",), episodes=30)
+TINY = ScoreSuite("tiny", agents=("rule-1", "rule-2"), tasks=("stop-line-v0",), episodes=30)
 Json = dict[str, Any]
 
 
 def make() -> LeaderboardRecord:
-    return build(TINY, list(run_suite(TINY)), "hhrl-bench run --suite tiny")
+    study = suite_study(TINY, Path("none"))
+    return study.leaderboard(list(study.run(workers=1)))
 
 
 @pytest.fixture(scope="module")
@@ -147,16 +150,18 @@ def test_a_leaderboard_that_is_not_there(tmp_path: Path) -> None:
 
 
 def test_an_agent_that_does_not_load_is_said_before_anything_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(leaderboard, "evaluate_agent", lambda *_: pytest.fail("played"))
+    monkeypatch.setattr(units, "evaluate_agent", lambda *_: pytest.fail("played"))
+    broken = ScoreSuite("broken", agents=("rule-1", "rule-9"), tasks=("stop-line-v0",), episodes=3)
     with pytest.raises(AgentError, match="unknown agent 'rule-9'"):
-        next(run_suite(Suite("broken", agents=("rule-1", "rule-9"), tasks=("stop-line-v0",), episodes=3)))
+        next(suite_study(broken, Path("none")).run(workers=1))
 
 
 @pytest.mark.parametrize("suite", SUITES.values(), ids=SUITES)
 def test_a_suite_names_registered_agents_and_tasks(suite: Suite) -> None:
     assert set(suite.agents) <= {*RULES, *METHODS}
     assert set(suite.tasks) <= set(TASKS)
-    assert len(list(units(suite))) == len(suite.agents) * len(suite.tasks)
+    (names,) = [[unit.name for stage in suite.stages(Path("none")) for unit in stage]]
+    assert len(set(names)) == len(names) >= len(suite.agents) * len(suite.tasks)
     assert get_suite(suite.id) is suite
 
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from hhrl_bench.arms import ARMS, ArmName
 from hhrl_bench.errors import CurveError
 from hhrl_bench.results import BOOTSTRAP_SEED
 from hhrl_bench.transfer_metrics import Curve, area, forward_transfer
-from hhrl_bench.transfer_records import ARMS, Arm, TransferRecord, TransferSetRecord
-from hhrl_bench.transfer_rows import ArmCurves, Transfer, recompute, transfer_rows, transfer_set
+from hhrl_bench.transfer_records import TransferRecord, TransferSetRecord
+from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, recompute, transfer_rows, transfer_set
 from support.transfers import SEEDS, STEPS, arms, study
 
 GRID = (0, 100, 200)
@@ -73,7 +74,7 @@ def test_zero_shot_keeps_its_success_over_the_budget() -> None:
 def test_rows_come_in_the_order_of_the_arms_whatever_that_of_the_curves() -> None:
     forward, given = transfer_rows("a", "b", "m", arms(), np.random.default_rng(0)), arms()
     backward = {arm: given[arm] for arm in reversed(given)}
-    assert tuple(row.arm for row in forward) == ARMS
+    assert tuple(row.arm for row in forward) == tuple(ARMS)
     assert transfer_rows("a", "b", "m", backward, np.random.default_rng(0)) == forward
 
 
@@ -113,7 +114,9 @@ def test_a_changed_number_is_not_what_the_curves_come_to(path: tuple[str | int, 
 def test_an_interval_of_another_bootstrap_seed_is_another() -> None:
     curves = np.random.default_rng(0).random((15, 3)).tolist()
     control = ArmCurves(tuple(range(15)), GRID, tuple(map(tuple, curves)))
-    first, again, other = (transfer_set([Transfer("a", "b", "m", {"scratch": control})], seed) for seed in (1, 1, 2))
+    first, again, other = (
+        transfer_set([TransferCurves("a", "b", "m", {"scratch": control})], seed) for seed in (1, 1, 2)
+    )
     assert first == again
     assert first.rows[0].area.low != other.rows[0].area.low
     assert first.rows[0].area.mean == other.rows[0].area.mean
@@ -171,7 +174,7 @@ GOOD = ArmCurves((0, 1), GRID, (RISES, LATE))
         ({"scratch": ArmCurves((0, 1), GRID, (RISES, (0.0, 2.0, 0.0)))}, "write rates of 0 to 1"),
     ],
 )
-def test_arms_that_cannot_be_compared_are_refused_in_one_line(curves: dict[Arm, ArmCurves], said: str) -> None:
+def test_arms_that_cannot_be_compared_are_refused_in_one_line(curves: dict[ArmName, ArmCurves], said: str) -> None:
     with pytest.raises(CurveError, match=said) as refusal:
         transfer_rows("a", "b", "m", curves, np.random.default_rng(0))
     assert "\n" not in str(refusal.value)

@@ -6,11 +6,10 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from hhrl_bench.records import MetricRecord, MetricsRecord
 from hhrl_bench.table import NONE
 from hhrl_bench.transfer_columns import COLUMNS
 from hhrl_bench.transfer_records import TransferRecord
-from hhrl_bench.transfer_rows import ArmCurves, Transfer, transfer_set
+from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, transfer_set
 from hhrl_bench.transfer_table import print_transfers
 from support.transfers import arms, study
 
@@ -40,7 +39,7 @@ def test_the_table_fits_and_names_every_method_source_target_and_arm(width: int)
 
 
 def test_an_arms_line_holds_its_numbers_and_the_line_below_their_intervals() -> None:
-    lines = printed(transfer_set([Transfer("a", "b", "m", arms())]).rows, 140)
+    lines = printed(transfer_set([TransferCurves("a", "b", "m", arms())]).rows, 140)
     assert line(lines, "zero-shot")[1:] == ["50.0%", "never", ">=1.00", "-0.10", "+0.50", "50.0%", "-0.50", "-0.08"]
     assert line(lines, "fine-tune")[1:] == ["50.0%", "30", "0.60", "+0.69", "+0.50", "100.0%", "+0.00", "+0.59"]
     assert line(lines, "scratch")[1:] == ["0.0%", "50", NONE, NONE, NONE, "100.0%", NONE, NONE]
@@ -58,24 +57,13 @@ def test_censored_seeds_are_counted_and_bounds_said() -> None:
         "frozen-action": ArmCurves(seeds, grid, (reached, never, never)),
         "scratch": ArmCurves(seeds, grid, (never, never, (1.0,) * 3)),
     }
-    lines = printed(transfer_set([Transfer("a", "b", "m", curves)]).rows, 100)  # type: ignore[arg-type]
+    lines = printed(transfer_set([TransferCurves("a", "b", "m", curves)]).rows, 100)  # type: ignore[arg-type]
     text = next(text for text in lines if "fine-tune" in text)
     assert "20 (2 of 3)" in text
     assert "<= 1.00" in text
     assert text.count("(1 of 3)") == 1  # transfer ratio, undefined where scratch has no area
     assert text.count("(2 of 3)") == 2  # and forward transfer, undefined where it has all
     assert " 1 of 3 " in next(text for text in lines if "frozen-action" in text)
-
-
-def test_a_column_without_a_number_is_left_out_and_test_episodes_have_one() -> None:
-    rows = study().rows
-    assert not any("in test" in text for text in printed(rows, 160)[:6])
-    metric = MetricRecord(mean=0.75, low=0.5, high=1.0, iqm=0.75, n=4, interval="bootstrap-seeds")
-    tested = MetricsRecord(**dict.fromkeys(MetricsRecord.model_fields, metric))
-    lines = printed([rows[0].model_copy(update={"test": tested}), *rows[1:4]], 160)
-    assert "in test" in lines[2]
-    assert line(lines, "zero-shot")[-1] == "75.0%"
-    assert line(lines, "scratch")[-1] == NONE
 
 
 def test_headings_are_unique() -> None:

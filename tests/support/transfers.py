@@ -4,8 +4,9 @@ from functools import cache
 
 import numpy as np
 
-from hhrl_bench.transfer_records import Arm, TransferSetRecord
-from hhrl_bench.transfer_rows import ArmCurves, Transfer, transfer_set
+from hhrl_bench.arms import ArmName
+from hhrl_bench.transfer_records import TransferSetRecord
+from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, transfer_set
 
 STEPS = tuple(range(0, 60_000, 10_000))
 SEEDS = (0, 1, 2, 5)
@@ -18,7 +19,7 @@ def rising(begin: float, speed: float, end: float = 1.0) -> tuple[tuple[float, .
     return tuple(tuple(curve.round(4).tolist()) for curve in curves)
 
 
-def arms(begin: float = 0.5, speed: float = 2.0, scratch: float = 1.2) -> dict[Arm, ArmCurves]:
+def arms(begin: float = 0.5, speed: float = 2.0, scratch: float = 1.2) -> dict[ArmName, ArmCurves]:
     """Return the four arms; a ``scratch`` below 1 does not reach the threshold."""
     return {
         "scratch": ArmCurves(SEEDS, STEPS, rising(0.0, scratch)),
@@ -33,10 +34,10 @@ def study() -> TransferSetRecord:
     """Return two methods from two sources on up to three targets, on some of which nobody succeeds, or at once."""
     return transfer_set(
         [
-            Transfer("stop-line-v0", "two-stops-v0", "hybrid-hrl", arms()),
-            Transfer("stop-line-v0", "red-light-v0", "hybrid-hrl", arms(0.2, 0.6, 0.5)),
-            Transfer("stop-line-v0", "stop-line-wet-v0", "hybrid-hrl", arms(0.95, 4.0, 4.0)),
-            Transfer("two-stops-v0", "red-light-v0", "hybrid-hrl", arms(0.4, 1.5)),
-            Transfer("stop-line-v0", "two-stops-v0", "ddqn", arms(0.1, 1.2, 0.7)),
+            TransferCurves("stop-line-v0", "two-stops-v0", "hybrid-hrl", arms()),
+            TransferCurves("stop-line-v0", "red-light-v0", "hybrid-hrl", arms(0.2, 0.6, 0.5)),
+            TransferCurves("stop-line-v0", "stop-line-wet-v0", "hybrid-hrl", arms(0.95, 4.0, 4.0)),
+            TransferCurves("two-stops-v0", "red-light-v0", "hybrid-hrl", arms(0.4, 1.5)),
+            TransferCurves("stop-line-v0", "two-stops-v0", "ddqn", arms(0.1, 1.2, 0.7)),
         ]
     )

@@ -1,0 +1,63 @@
+"""Running: the units of a suite done stage by stage, and the curves that its transfers have left."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from hhrl_bench.executors import Done, run_units
+from hhrl_bench.run_directory import RunDirectory
+from hhrl_bench.transfer import Transfer, sensible_arms
+from hhrl_bench.transfer_records import TransferSetRecord
+from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, transfer_set
+from hhrl_bench.units import Unit
+
+Stages = Sequence[Sequence[Unit]]
+"""Units in the order in which they can be done: those of a stage need what the stages before it have left."""
+
+
+def run_stages(stages: Stages, workers: int) -> Iterator[Done]:
+    """Return every unit as it is done; after a stage in which one has failed the next ones are not begun.
+
+    Raises:
+        InputError: before anything is done, if it is plain that a unit cannot be.
+    """
+    for stage in stages:
+        for unit in stage:
+            unit.check()
+    for stage in stages:
+        failed = False
+        for done in run_units(stage, workers):
+            failed |= done.outcome is None
+            yield done
+        if failed:
+            return
+
+
+def transfer_record(transfers: Iterable[Transfer]) -> TransferSetRecord | None:
+    """Return what the curves of finished transfers come to; None without a transfer.
+
+    Raises:
+        InputError: if a source or a curve is missing.
+    """
+    curves = [_curves(transfer) for transfer in transfers]
+    return transfer_set(curves) if curves else None
+
+
+def _curves(transfer: Transfer) -> TransferCurves:
+    source = transfer.load()
+    arms = {
+        arm.id: _arm_curves(RunDirectory(transfer.folder_of(arm.id)), transfer.seeds)
+        for arm in sensible_arms(source.method, transfer.target)
+    }
+    return TransferCurves(source.scenario, transfer.target.id, source.method.id, arms)
+
+
+def _arm_curves(run: RunDirectory, seeds: tuple[int, ...]) -> ArmCurves:
+    """Return the curves of a run; a seed that failed succeeds no more from then on."""
+    curves = [run.read_curve(seed) for seed in seeds]
+    env_steps = tuple(row["env_steps"] for row in max(curves, key=len))
+    success = [[*map(_success, curve), *[0.0] * (len(env_steps) - len(curve))] for curve in curves]
+    return ArmCurves(seeds, env_steps, tuple(map(tuple, success)))
+
+
+def _success(row: Mapping[str, Any]) -> float:
+    return float(row["validation"]["success"]) if row["validation"] else 0.0

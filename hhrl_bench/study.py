@@ -1,0 +1,88 @@
+"""Studies: units to do and the leaderboard to make of them, for a suite or for the transfer of one source."""
+
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hhrl_bench.errors import AgentError
+from hhrl_bench.executors import Done
+from hhrl_bench.leaderboard import build
+from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.records import TimedResult
+from hhrl_bench.results import task_record
+from hhrl_bench.running import Stages, run_stages, transfer_record
+from hhrl_bench.seeds import format_seeds
+from hhrl_bench.source import load_source
+from hhrl_bench.suite import Suite
+from hhrl_bench.tasks import Task, get_task
+from hhrl_bench.transfer import Transfer, sensible_arms
+from hhrl_bench.units import TransferArm
+from hhrl_envs import get_scenario
+
+
+@dataclass(frozen=True)
+class Study:
+    """What to do and what to make of it.
+
+    Attributes:
+        name: of the leaderboard.
+        command: that does the same again.
+        tasks: that results are on, with this many test ``episodes`` each.
+        stages: the units.
+        transfers: whose arms are among the units.
+    """
+
+    name: str
+    command: str
+    tasks: Sequence[Task]
+    episodes: int
+    stages: Stages
+    transfers: Sequence[Transfer]
+
+    @property
+    def units(self) -> int:
+        """How many units there are."""
+        return sum(map(len, self.stages))
+
+    def run(self, workers: int) -> Iterator[Done]:
+        """Return every unit as it is done; see :func:`hhrl_bench.running.run_stages`."""
+        return run_stages(self.stages, workers)
+
+    def leaderboard(self, done: Sequence[Done]) -> LeaderboardRecord:
+        """Return the leaderboard of all units, in their own order whatever the order they were done in."""
+        outcomes: dict[str, TimedResult] = {one.unit.name: one.outcome for one in done if one.outcome}
+        results = [outcomes[unit.name] for stage in self.stages for unit in stage]
+        tasks = [task_record(task, self.episodes) for task in self.tasks]
+        return build(self.name, tasks, results, self.command, transfer_record(self.transfers))
+
+
+def suite_study(suite: Suite, folder: Path) -> Study:
+    """Return the study of a suite, whose trainings lie in ``folder``."""
+    tasks = list(map(get_task, suite.tasks))
+    command = f"hhrl-bench run --suite {suite.id}"
+    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.transfers(folder))
+
+
+def transfer_study(
+    source: str, targets: Sequence[str], seeds: Sequence[int], env_steps: int, episodes: int, folder: Path
+) -> Study:
+    """Return the study of one source reused in the targets with these training seeds, or with all that it has.
+
+    Raises:
+        InputError: if there is no such source, target or seed, a target sees or acts otherwise than the source, or
+            nothing of the source can be reused in it.
+    """
+    tasks = list(map(get_task, targets))
+    loaded, *_ = [load_source(source, get_scenario(task.scenario)) for task in tasks]
+    chosen = tuple(seeds or sorted(loaded.policies))
+    loaded.require_seeds(chosen)
+    transfers = [Transfer(source, task, chosen, env_steps, folder / loaded.method.id / task.id) for task in tasks]
+    arms = [(one, sensible_arms(loaded.method, one.target)) for one in transfers]
+    for one, sensible in arms:
+        if not sensible:
+            raise AgentError(f"nothing of {loaded.method.id} can be reused in {one.target.id}; name another target")
+    units = [TransferArm(one, loaded.method.id, arm.id, episodes) for one, sensible in arms for arm in sensible]
+    words = ["hhrl-bench", "transfer", "--source", source, *(word for one in targets for word in ("--target", one))]
+    words += ["--seeds", format_seeds(chosen), "--env-steps", str(env_steps), "--episodes", str(episodes)]
+    return Study("transfer", shlex.join(words), tasks, episodes, [units], transfers)
