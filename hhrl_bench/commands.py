@@ -6,6 +6,7 @@ import os
 import shlex
 import time
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -24,9 +25,9 @@ from hhrl_bench.records import LeaderboardRecord, OptionName
 from hhrl_bench.results import TimedResult, evaluate_agent, evaluation_record, task_record
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
 from hhrl_bench.seeds import MAX_TRAINING_SEED, parse_seeds
-from hhrl_bench.suite import get_suite, units
+from hhrl_bench.suite import Suite, get_suite, units
 from hhrl_bench.table import print_results
-from hhrl_bench.tasks import Task, get_task, get_world
+from hhrl_bench.tasks import Task, get_task
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
 
@@ -86,9 +87,11 @@ def _say_failed(folder: Path, seeds: Collection[int]) -> bool:
     return bool(failed)
 
 
-def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None, *, as_json: bool) -> None:
+def evaluate(
+    agents: Sequence[str], task: str, episodes: int, option: str | None, opponent: str | None, *, as_json: bool
+) -> None:
     """Return nothing; evaluate agents in the same worlds and print their record or their table."""
-    chosen, held = get_task(task), _option(option)
+    chosen, held = get_task(task).against(opponent), _option(option)
     record = task_record(chosen, episodes)
     _require_playable(agents, chosen)
     timed = [_evaluate_timed(agent, chosen, episodes, held) for agent in agents]
@@ -96,8 +99,22 @@ def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None
         print_results(_console(), record, [result for result, _ in timed])
         return
     words = ["hhrl-bench", "evaluate", *agents, "--task", task, "--episodes", str(episodes)]
-    command = shlex.join([*words, "--option", held] if held else words)
+    words += ["--option", held] if held else []
+    command = shlex.join([*words, "--opponent", opponent] if opponent else words)
     typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
+
+
+def robustness(agents: Sequence[str], episodes: int, *, as_json: bool) -> None:
+    """Return nothing; score agents on the tasks of the robustness suite; print a leaderboard, or a row an agent."""
+    from hhrl_bench.robustness import print_robustness  # noqa: PLC0415
+
+    suite = replace(get_suite("robustness"), agents=tuple(agents), episodes=episodes)
+    _require_playable(agents, get_task(suite.tasks[0]))
+    board = _run(suite, shlex.join(["hhrl-bench", "robustness", *agents, "--episodes", str(episodes)]))
+    if as_json:
+        typer.echo(board.model_dump_json(indent=2))
+    else:
+        print_robustness(_console(), board)
 
 
 def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None, *, as_json: bool) -> None:
@@ -112,16 +129,20 @@ def run(suite_id: str, out: Path | None) -> None:
     suite = get_suite(suite_id)
     path = out or Path("leaderboards") / f"{suite.id}.json"
     require_writable(path)
+    board = _run(suite, f"hhrl-bench run --suite {suite.id}")
+    written = leaderboard.write(board, path)
+    _print_leaderboard(board)
+    typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
+
+
+def _run(suite: Suite, command: str) -> LeaderboardRecord:
     results = []
     total = len(list(units(suite)))
     with progress(f"suite {suite.id}") as update:
         for timed in leaderboard.run_suite(suite):
             results.append(timed)
             update(len(results), total, f"{timed.result.agent}: success {timed.result.metrics.success.mean:.1%}")
-    board = leaderboard.build(suite, results, f"hhrl-bench run --suite {suite.id}")
-    written = leaderboard.write(board, path)
-    _print_leaderboard(board)
-    typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
+    return leaderboard.build(suite, results, command)
 
 
 def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, check: bool) -> bool:
@@ -157,13 +178,13 @@ def show_schema() -> None:
     typer.echo(leaderboard.schema(), nl=False)
 
 
-def watch(agent: str, task: str, out: Path, episode: int, option: str | None) -> None:
+def watch(agent: str, task: str, out: Path, episode: int, option: str | None, opponent: str | None) -> None:
     """Return nothing; draw a test episode into a file."""
     from hhrl_bench.watch import watch as draw  # noqa: PLC0415
 
     held = OPTIONS.get(_option(option) or "")
-    world = get_world(task)
-    outcome = draw(load_agent(agent, world), world, out, episode, held)
+    chosen = get_task(task).against(opponent)
+    outcome = draw(load_agent(agent, chosen), chosen, out, episode, held)
     typer.echo(f"wrote {out}: {outcome.name.lower().replace('_', '-')}", err=True)
 
 

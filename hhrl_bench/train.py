@@ -15,6 +15,7 @@ from hhrl_agents.files import write_atomically
 from hhrl_agents.learned import LearnedAgent
 from hhrl_agents.progress import Progress
 from hhrl_agents.training import make_learner, require_device
+from hhrl_bench.casting import training_cast
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import play
 from hhrl_bench.metrics import finite, means
@@ -71,6 +72,7 @@ class Plan:
             "env_steps": self.env_steps,
             "device": self.device,
             "validation_episodes": VALIDATION_EPISODES,
+            **({} if self.task.ego is None else {"ego": self.task.ego}),
         }
 
 
@@ -110,7 +112,8 @@ class _Training:
         self._plan, self._directory = plan, directory
         self._scenario = get_scenario(plan.task.scenario)
         worlds = _world_seeds(plan, method.config.n_envs)
-        self._learner = make_learner(method, self._scenario, plan.seeds, worlds, plan.device)
+        cast = training_cast(plan.task)
+        self._learner = make_learner(method, self._scenario, plan.seeds, worlds, plan.device, cast)
         self._runs = [SeedRun(seed) for seed in plan.seeds]
         self._state_path = directory.state(plan.seeds)
         self._file = StateFile(self._state_path, plan.config())
@@ -166,8 +169,8 @@ class _Training:
                 self._events.add(run.seed, run.curve[-1])
 
     def _validate(self, policy: LearnedAgent) -> dict[str, float | None]:
-        seeds = self._plan.task.validation.take(VALIDATION_EPISODES)
-        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES)))
+        seeds, cast = self._plan.task.validation.take(VALIDATION_EPISODES), training_cast(self._plan.task)
+        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES, cast=cast)))
 
     def _keep(self, run: SeedRun, row: Row, policy: LearnedAgent) -> None:
         if run.add(row):

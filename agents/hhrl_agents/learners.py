@@ -10,6 +10,7 @@ from torch import Tensor
 from hhrl_agents.adam import Adam
 from hhrl_agents.algorithms import make_algorithm
 from hhrl_agents.base import FloatArray
+from hhrl_agents.cast import EGO_ALONE, Cast
 from hhrl_agents.divergence import beyond_bound
 from hhrl_agents.exploration import Explorer
 from hhrl_agents.frozen import frozen_parameters
@@ -34,7 +35,8 @@ class Learner:
     """Trains E independent seeds of one method, stacked into shared tensors; a `TrainableStack`.
 
     method: what to train; scenario: the world to train in; seeds: one for each of the E learners, of all of its random
-    draws; world_seeds: uint64 [E, n_envs], the worlds of its environments. A seed's draws do not depend on the others.
+    draws; world_seeds: uint64 [E, n_envs], the worlds of its environments; cast: which vehicles learn, and who drives
+    the others. A seed's draws do not depend on the others.
     The tensors are small: train with one torch thread, more only wait for each other.
     """
 
@@ -45,10 +47,11 @@ class Learner:
         seeds: Sequence[int],
         world_seeds: npt.NDArray[np.uint64],
         device: str = "cpu",
+        cast: Cast = EGO_ALONE,
     ) -> None:
         config = method.config
         self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
-        self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds)
+        self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds, cast)
         self.env_steps = self.updates = 0
         shapes, place = method_shapes(method, scenario.num_actions), torch.device(device)
         self.stack = ParameterStack(shapes, generators(seeds, Purpose.INITIALISATION), place)
@@ -58,7 +61,7 @@ class Learner:
         parts = [self.stack.part(f"{level}.") for level in levels]
         self._optimiser = Adam(self.stack.flat, parts, config.max_gradient_norm)
         features = config.features
-        self._replay = ReplayBuffer(len(seeds), config.n_envs, config.replay_capacity, features, place)
+        self._replay = ReplayBuffer(len(seeds), config.replay_capacity, features, place)
         self._sampler = make_sampler(method, generators(seeds, Purpose.REPLAY), len(levels), self._replay.capacity)
         self._multistep = MultiStep(config.n_steps)
         self._explorers = self._make_explorers()
@@ -151,8 +154,9 @@ class Learner:
             self.stack.move_target(config.target_rate)
 
     def _make_explorers(self) -> list[Explorer]:
-        streams, config = generators(self.seeds, Purpose.EXPLORATION), self.method.config
-        return [Explorer(streams, config.n_envs, found, config.exploration_hold) for found in self.algorithm.choices]
+        streams, width = generators(self.seeds, Purpose.EXPLORATION), self._environments.width
+        config = self.method.config
+        return [Explorer(streams, width, found, config.exploration_hold) for found in self.algorithm.choices]
 
     def _policy(self, index: int, seed: int) -> LearnedAgent:
         metadata = describe(self.method, self.scenario, seed, self.env_steps)

@@ -15,6 +15,7 @@ from torch import Tensor
 
 from hhrl_agents.adam import Adam
 from hhrl_agents.base import NO_OPTION, BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.cast import EGO_ALONE
 from hhrl_agents.exploration import GREEDY, Explorer
 from hhrl_agents.lambda_returns import lambda_returns
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
@@ -72,7 +73,7 @@ class PQNLearner:
     ) -> None:
         config = method.config
         self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
-        self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds)
+        self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds, EGO_ALONE)
         self.env_steps = self.updates = 0
         self._device = torch.device(device)
         shapes = method_shapes(method, scenario.num_actions)

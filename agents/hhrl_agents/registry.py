@@ -96,8 +96,21 @@ _CONTROLS = (
     Method("ppo", config=PPOConfig(), summary="PPO by Stable-Baselines3"),
 )
 
+_TRAFFIC = (
+    replace(_HYBRID, id="platoon", config=_BEYOND, summary="Hybrid HRL plus, driving all vehicles of platoon-v0"),
+    replace(
+        _DDQN,
+        id="adversary",
+        config=replace(_BEYOND, gamma=0.998, jerk_weight=0.1),
+        summary="flat, the front vehicle of adversary-v0 that makes the ego fail",
+    ),
+)
+
 METHODS: Mapping[str, Method] = MappingProxyType(
-    {method.id: method for method in (*_PAPER, *_PLUS, *_CONTROLS, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY)}
+    {
+        method.id: method
+        for method in (*_PAPER, *_PLUS, *_CONTROLS, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY, *_TRAFFIC)
+    }
 )
 """Every learning method by its id.
 

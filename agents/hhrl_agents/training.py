@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from hhrl_agents.cast import EGO_ALONE, Cast
 from hhrl_agents.learners import Learner
 from hhrl_agents.methods import Method
 from hhrl_agents.pqn import PQNLearner
@@ -21,22 +22,26 @@ def make_learner(
     seeds: Sequence[int],
     world_seeds: npt.NDArray[np.uint64],
     device: str = "cpu",
+    cast: Cast = EGO_ALONE,
 ) -> TrainableStack:
     """Return the learner of the method's algorithm; see `Learner` for the arguments.
 
     Raises:
         MissingExtraError: if the algorithm is a library's that is not installed.
-        InputError: if torch has no such device, or the algorithm does not use it.
+        InputError: if torch has no such device, or the algorithm does not use it or has no place for such a cast.
     """
     require_device(device)
+    learns_alone = method.algorithm == "double-dqn" or cast == EGO_ALONE
+    require_value(learns_alone, "method", repr(method.id), "one that learns by Double DQN, to drive other than the ego")
     if method.algorithm == "ppo":
         require_value(device == "cpu", "device", repr(device), "cpu: PPO's small networks gain nothing from another")
         require("stable_baselines3", "sb3")
         from hhrl_agents.ppo import PPOLearner  # noqa: PLC0415
 
         return PPOLearner(method, scenario, seeds, world_seeds)
-    kind = PQNLearner if method.algorithm == "pqn" else Learner
-    return kind(method, scenario, seeds, world_seeds, device)
+    if method.algorithm == "pqn":
+        return PQNLearner(method, scenario, seeds, world_seeds, device)
+    return Learner(method, scenario, seeds, world_seeds, device, cast)
 
 
 def require_device(device: str) -> None:
