@@ -101,7 +101,7 @@ _TRAFFIC = (
     replace(
         _DDQN,
         id="adversary",
-        config=replace(_BEYOND, gamma=0.998, jerk_weight=0.1),
+        config=replace(_BEYOND, advantage_learning=0.9, memory=(0.1, 0.03, 0.003), gamma=0.999, jerk_weight=0.0),
         summary="flat, the front vehicle of adversary-v0 that makes the ego fail",
     ),
 )
