@@ -37,7 +37,9 @@ def test_a_published_leaderboard_is_of_this_version(path: Path) -> None:
     board = leaderboard.read(path)
     for task in board.tasks:
         assert task.spec_hash == get_scenario(task.scenario).spec_hash
-    files = [file for method in METHODS for file in SHIPPED.glob(f"{method}/*.safetensors") if method not in FOR_NO_BOARD]
+    files = [
+        file for method in METHODS for file in SHIPPED.glob(f"{method}/*.safetensors") if method not in FOR_NO_BOARD
+    ]
     shipped = {hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
     learned = {run.checkpoint_sha256 for result in board.results if result.kind == "learned" for run in result.runs}
     assert learned == shipped
