@@ -107,9 +107,9 @@ def judge_adversary(m: Floats, ego: int, r: int, c: Floats, lanes: int) -> None:
 def reward_adversary(m: Floats, ego: int, c: Floats, lanes: int) -> None:
     """Write the rewards of the adversaries, if there are any, whose TIME, UNSMOOTH and COLLISION are written already.
 
-    SUCCESS is +sigma_4 if the ego failed although it need not have, and -sigma_4 otherwise, after a collision of its own
-    too: or to crash would be the cheapest way out. There are no sub-goals: r^option is TIME + SUCCESS, and r^action is
-    r^task, whatever the option. ``ego`` is the egos' record as agents.
+    SUCCESS is +sigma_4 if the ego failed although it need not have, and -sigma_4 otherwise; also if the adversary has
+    collided itself, or that would be its cheapest way out. There are no sub-goals: r^option is TIME + SUCCESS, and
+    r^action is r^task, whatever the option. ``ego`` is the egos' record as agents.
     """
     a = ego + at.AGENT
     if c[at.ADVERSARY] == 0.0:
