@@ -23,6 +23,11 @@ def test_the_published_schema_is_that_of_the_records() -> None:
     assert invoke("leaderboard", "schema").stdout == SCHEMA.read_text()
 
 
+def checkpoints(method: str) -> set[str]:
+    """The SHA-256 of every trained seed that comes with the package."""
+    return {hashlib.sha256(file.read_bytes()).hexdigest() for file in SHIPPED.glob(f"{method}/*.safetensors")}
+
+
 @EACH_BOARD
 def test_a_published_leaderboard_keeps_to_the_published_schema(path: Path) -> None:
     validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text()))
@@ -37,9 +42,8 @@ def test_a_published_leaderboard_is_of_this_version(path: Path) -> None:
     board = leaderboard.read(path)
     for task in board.tasks:
         assert task.spec_hash == get_scenario(task.scenario).spec_hash
-    files = [
-        file for method in METHODS for file in SHIPPED.glob(f"{method}/*.safetensors") if method not in FOR_NO_BOARD
-    ]
-    shipped = {hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+        if task.opponent:
+            assert task.opponent.checkpoint_sha256 in checkpoints(task.opponent.agent)
+    shipped = {sha256 for method in METHODS if method not in FOR_NO_BOARD for sha256 in checkpoints(method)}
     learned = {run.checkpoint_sha256 for result in board.results if result.kind == "learned" for run in result.runs}
     assert learned == shipped
