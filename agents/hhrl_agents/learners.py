@@ -26,6 +26,7 @@ from hhrl_agents.saving import Stateful, gather, scatter
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.stacked_environments import StackedEnvironments
 from hhrl_envs import Scenario
+from hhrl_envs.errors import require_value
 from hhrl_envs.state import State, count, read, read_count
 
 _COUNTS = ("env_steps", "updates", "_reported_updates")
@@ -52,6 +53,8 @@ class Learner:
         config = method.config
         self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
         self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds, cast)
+        capacity, width = config.replay_capacity, self._environments.width
+        require_value(capacity >= width, "replay_capacity", capacity, f"at least {width}, a step of every vehicle")
         self.env_steps = self.updates = 0
         shapes, place = method_shapes(method, scenario.num_actions), torch.device(device)
         self.stack = ParameterStack(shapes, generators(seeds, Purpose.INITIALISATION), place)
@@ -61,7 +64,7 @@ class Learner:
         parts = [self.stack.part(f"{level}.") for level in levels]
         self._optimiser = Adam(self.stack.flat, parts, config.max_gradient_norm)
         features = config.features
-        self._replay = ReplayBuffer(len(seeds), config.replay_capacity, features, place)
+        self._replay = ReplayBuffer(len(seeds), capacity, features, place)
         self._sampler = make_sampler(method, generators(seeds, Purpose.REPLAY), len(levels), self._replay.capacity)
         self._multistep = MultiStep(config.n_steps)
         self._explorers = self._make_explorers()
