@@ -62,7 +62,7 @@ TASKS: Mapping[str, Task] = MappingProxyType(
         for task in (
             *(Task(world.id, world.id, env_steps=_BUDGETS.get(world.id, 1_000_000)) for world in _WORLDS),
             Task("option-only-v0", "stop-line-v0", env_steps=300_000),
-            Task("platoon-v0", "platoon-v0", env_steps=400_000, shared=True),
+            Task("platoon-v0", "platoon-v0", env_steps=300_000, shared=True),
             Task("adversary-v0", "adversary-v0", env_steps=300_000, opponent="adversary", ego="ddqn"),
         )
     }

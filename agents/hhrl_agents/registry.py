@@ -97,7 +97,12 @@ _CONTROLS = (
 )
 
 _TRAFFIC = (
-    replace(_HYBRID, id="platoon", config=_BEYOND, summary="Hybrid HRL plus, driving all vehicles of platoon-v0"),
+    replace(
+        _HYBRID,
+        id="platoon",
+        config=replace(_BEYOND, layer_norm=True),
+        summary="Hybrid HRL plus, layer normalisation, driving all vehicles of platoon-v0",
+    ),
     replace(
         _DDQN,
         id="adversary",
