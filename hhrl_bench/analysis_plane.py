@@ -73,7 +73,7 @@ def attention_over_plane(agent: Agent, scenario: Scenario, speeds: Speeds | None
     d_d, d_f = (axis.ravel() for axis in np.meshgrid(line, front, indexing="ij"))
     states = plane_states(scenario, speeds, d_f, d_d)
     player = Player(agent, scenario.num_actions)
-    player.reset(len(states))
+    player.reset(np.ones(len(states), np.bool_))
     decision = player.act(states)
     names = tuple(OPTION_CODES)
     return PlaneRecord(

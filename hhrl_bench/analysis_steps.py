@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hhrl_agents import Agent
-from hhrl_bench.errors import SeedError
+from hhrl_bench.errors import SeedError, UnknownTaskError
 from hhrl_bench.evaluation import BATCH_ROWS
 from hhrl_bench.players import Player
 from hhrl_bench.seeds import UInt64Array
@@ -93,13 +93,15 @@ def record_episode(agent: Agent, task: str | Task, episode: int) -> Steps:
 
 def _table(agent: Agent, task: Task) -> tuple[Player, Simulator]:
     scenario = get_scenario(task.scenario)
+    if scenario.learned_fronts:
+        raise UnknownTaskError(f"{task.id} has several agents; analyse one in a task of the ego alone: stop-line-v0")
     return Player(agent, scenario.num_actions), Simulator(scenario, BATCH_ROWS)
 
 
 def _play(player: Player, simulator: Simulator, seeds: UInt64Array, wanted: BoolArray) -> Steps:
     """Return the steps of the wanted rows, bool [B], of a batch of the worlds ``seeds`` [B]."""
     simulator.reset(seeds)
-    player.reset(len(seeds))
+    player.reset(np.ones(len(seeds), np.bool_))
     parts = []
     while (live := wanted & (simulator.outcomes == Outcome.RUNNING)).any():
         observations = simulator.observations

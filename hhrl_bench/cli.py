@@ -24,6 +24,15 @@ HeldOption = Annotated[
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, help="Processes that work side by side.", show_default="the number of cores")
 ]
+OpponentOption = Annotated[
+    str | None,
+    typer.Option(
+        "--opponent",
+        metavar="AGENT",
+        help="Who drives the nearest front vehicle of adversary-v0: an agent, or scripted.",
+        show_default="the task's",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
 
 INTERRUPTED = 130
@@ -140,10 +149,21 @@ def _evaluate(
     task: TaskOption = "stop-line-v0",
     episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
     option: HeldOption = None,
+    opponent: OpponentOption = None,
     json: JsonOption = False,
 ) -> None:
     """Score one agent or several on a task's test episodes, the same worlds for every agent."""
-    _commands().evaluate(agents, task, episodes, option, as_json=json)
+    _commands().evaluate(agents, task, episodes, option, opponent, as_json=json)
+
+
+@app.command("robustness")
+def _robustness(
+    agents: AgentsArgument,
+    episodes: Annotated[int, typer.Option(help="How many test episodes of each task.")] = 1000,
+    json: JsonOption = False,
+) -> None:
+    """Score agents in ordinary traffic, among held-out drivers, and behind a trained adversary."""
+    raise typer.Exit(0 if _commands().robustness(agents, episodes, as_json=json) else 1)
 
 
 @app.command("analyse")
@@ -225,11 +245,10 @@ def _leaderboard_schema() -> None:
 def _watch(
     agent: AgentArgument,
     out: Annotated[Path, typer.Option(help="The picture to write: a .gif in real time, or a .png strip.")],
-    task: Annotated[
-        str, typer.Option("--task", metavar="TASK", help="The id of a task, or of any scenario.")
-    ] = "stop-line-v0",
+    task: TaskOption = "stop-line-v0",
     episode: Annotated[int, typer.Option(min=0, help="Which test episode.")] = 0,
     option: HeldOption = None,
+    opponent: OpponentOption = None,
 ) -> None:
     """Draw an agent's test episode: every step as a .gif, or key frames and charts as a .png."""
-    _commands().watch(agent, task, out, episode, option)
+    _commands().watch(agent, task, out, episode, option, opponent)

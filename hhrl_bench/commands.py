@@ -6,6 +6,7 @@ import os
 import shlex
 import time
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -27,9 +28,9 @@ from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
 from hhrl_bench.seeds import MAX_TRAINING_SEED, parse_seeds
 from hhrl_bench.study import Study, suite_study, transfer_study
-from hhrl_bench.suite import get_suite
+from hhrl_bench.suite import ScoreSuite, get_suite
 from hhrl_bench.table import print_results
-from hhrl_bench.tasks import Task, get_task, get_world
+from hhrl_bench.tasks import Task, get_task
 from hhrl_bench.transfer_table import print_transfers
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
@@ -92,9 +93,11 @@ def _say_failed(folder: Path, seeds: Collection[int]) -> bool:
     return bool(failed)
 
 
-def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None, *, as_json: bool) -> None:
+def evaluate(
+    agents: Sequence[str], task: str, episodes: int, option: str | None, opponent: str | None, *, as_json: bool
+) -> None:
     """Return nothing; evaluate agents in the same worlds and print their record or their table."""
-    chosen, held = get_task(task), _option(option)
+    chosen, held = get_task(task).against(opponent), _option(option)
     record = task_record(chosen, episodes)
     _require_playable(agents, chosen)
     timed = [_evaluate_timed(agent, chosen, episodes, held) for agent in agents]
@@ -102,8 +105,24 @@ def evaluate(agents: Sequence[str], task: str, episodes: int, option: str | None
         print_results(_console(), record, [one.result for one in timed])
         return
     words = ["hhrl-bench", "evaluate", *agents, "--task", task, "--episodes", str(episodes)]
-    command = shlex.join([*words, "--option", held] if held else words)
+    words += ["--option", held] if held else []
+    command = shlex.join([*words, "--opponent", opponent] if opponent else words)
     typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
+
+
+def robustness(agents: Sequence[str], episodes: int, *, as_json: bool) -> bool:
+    """Return whether every agent was scored on the robustness suite's tasks; print a leaderboard, or a row an agent."""
+    from hhrl_bench.robustness import print_robustness  # noqa: PLC0415
+
+    suite = replace(cast(ScoreSuite, get_suite("robustness")), agents=tuple(agents), episodes=episodes)
+    _require_playable(agents, get_task(suite.tasks[0]))
+    command = shlex.join(["hhrl-bench", "robustness", *agents, "--episodes", str(episodes)])
+    board = _do(replace(suite_study(suite, Path("runs")), command=command), workers=1)
+    if board and as_json:
+        typer.echo(board.model_dump_json(indent=2))
+    elif board:
+        print_robustness(_console(), board)
+    return board is not None
 
 
 def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None, *, as_json: bool) -> None:
@@ -116,7 +135,7 @@ def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None
 def run(suite_id: str, out: Path | None, work: Path | None, workers: int | None) -> bool:
     """Return whether every unit of the suite was done; write and print its leaderboard."""
     study = suite_study(get_suite(suite_id), work or Path("runs") / suite_id)
-    return _do(study, out or Path("leaderboards") / f"{suite_id}.json", workers)
+    return _publish(study, out or Path("leaderboards") / f"{suite_id}.json", workers)
 
 
 def transfer(
@@ -125,29 +144,34 @@ def transfer(
     """Return whether every arm was done; reuse a source in the targets, write and print what it is worth there."""
     require("torch", "torch")
     study = transfer_study(source, targets, parse_seeds(seeds) if seeds else (), env_steps, episodes, out)
-    return _do(study, out / "transfer.json", workers)
+    return _publish(study, out / "transfer.json", workers)
 
 
-def _do(study: Study, path: Path, workers: int | None) -> bool:
-    """Return whether every unit of a study was done; write and print its leaderboard, or say which failed."""
+def _publish(study: Study, path: Path, workers: int | None) -> bool:
+    """Return whether every unit of the study was done; write and print its leaderboard if so."""
     require_writable(path)
+    board = _do(study, workers or os.cpu_count() or 1)
+    if board is None:
+        typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
+        return False
+    written = leaderboard.write(board, path)
+    _print_leaderboard(board)
+    typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
+    return True
+
+
+def _do(study: Study, workers: int) -> LeaderboardRecord | None:
+    """Return the leaderboard of a study; None if a unit has failed, which is said."""
     done: list[Done] = []
     with progress(f"suite {study.name}") as update:
-        for one in study.run(workers or os.cpu_count() or 1):
+        for one in study.run(workers):
             done.append(one)
             said = f"success {one.outcome.result.metrics.success.mean:.1%}" if one.outcome else "failed"
             update(len(done), study.units, f"{one.unit.name}: {said}")
     failed = [one for one in done if one.outcome is None]
     for one in failed:
         typer.echo(f"hhrl-bench: {one.unit.name} failed: {one.failure}", err=True)
-    if failed:
-        typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
-        return False
-    board = study.leaderboard(done)
-    written = leaderboard.write(board, path)
-    _print_leaderboard(board)
-    typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
-    return True
+    return None if failed else study.leaderboard(done)
 
 
 def figures(path: Path, out: Path | None) -> None:
@@ -192,13 +216,13 @@ def show_schema() -> None:
     typer.echo(leaderboard.schema(), nl=False)
 
 
-def watch(agent: str, task: str, out: Path, episode: int, option: str | None) -> None:
+def watch(agent: str, task: str, out: Path, episode: int, option: str | None, opponent: str | None) -> None:
     """Return nothing; draw a test episode into a file."""
     from hhrl_bench.watch import watch as draw  # noqa: PLC0415
 
     held = OPTIONS.get(_option(option) or "")
-    world = get_world(task)
-    outcome = draw(load_agent(agent, world), world, out, episode, held)
+    chosen = get_task(task).against(opponent)
+    outcome = draw(load_agent(agent, chosen), chosen, out, episode, held)
     typer.echo(f"wrote {out}: {outcome.name.lower().replace('_', '-')}", err=True)
 
 

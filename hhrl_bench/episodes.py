@@ -45,7 +45,24 @@ class EpisodeRecords:
         return sha.hexdigest()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TrafficRecords(EpisodeRecords):
+    """The same in a world with learned front vehicles, where ``outcome`` is that of all vehicles the agent drives.
+
+    It is SUCCESS if all have succeeded, else the worst: a collision, then a crossed line, then the time limit. The
+    returns and counts are those of the first of them; ``steps`` are those until the last vehicle's episode ended.
+
+    Attributes:
+        feasible: whether some ego could have succeeded, bool.
+        outcomes: how the episode of every agent ended, the ego first, int8 [N, A].
+    """
+
+    feasible: NDArray[np.bool_]
+    outcomes: NDArray[np.int8]
+
+
 def join(parts: Sequence[EpisodeRecords], length: int) -> EpisodeRecords:
-    """Return the first ``length`` episodes of several records, one after the other."""
-    names = [field.name for field in fields(EpisodeRecords)]
-    return EpisodeRecords(**{name: np.concatenate([getattr(part, name) for part in parts])[:length] for name in names})
+    """Return the first ``length`` episodes of several records of one kind, one after the other."""
+    kind = type(parts[0])
+    names = [field.name for field in fields(kind)]
+    return kind(**{name: np.concatenate([getattr(part, name) for part in parts])[:length] for name in names})

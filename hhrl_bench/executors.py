@@ -59,6 +59,7 @@ def _run_pool(units: Sequence[Unit], workers: int) -> Iterator[Done]:
             pool.shutdown(wait=False, cancel_futures=True)
             for process in multiprocessing.active_children():
                 process.terminate()
+                process.join()
             raise
 
 

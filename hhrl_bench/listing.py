@@ -24,12 +24,14 @@ def agents() -> Rows:
 
 
 def tasks() -> Rows:
-    """Return the tasks: their scenario, training budget, and first and last seeds."""
+    """Return the tasks: scenario, training budget, what a scored agent drives behind whom, first and last seeds."""
     return [
         {
             "id": task.id,
             "scenario": task.scenario,
             "env_steps": task.env_steps,
+            "drives": "all" if task.shared else "ego",
+            "opponent": task.opponent,
             **{
                 f"{seeds.name}_seeds": [seeds.start, seeds.start + seeds.size - 1]
                 for seeds in (task.train, task.validation, task.test)

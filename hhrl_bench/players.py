@@ -36,9 +36,9 @@ class Player(NamedTuple):
     num_actions: int
     option: Option | None = None
 
-    def reset(self, rows: int) -> None:
-        """Return nothing; tell the agent that all rows start an episode."""
-        guarded(lambda: self.agent.reset(np.ones(rows, np.bool_)), "reset")
+    def reset(self, mask: NDArray[np.bool_]) -> None:
+        """Return nothing; tell the agent which rows, bool [B], start an episode."""
+        guarded(lambda: self.agent.reset(mask.copy()), "reset")
 
     def act(self, observations: NDArray[np.float32]) -> Decision:
         """Return the checked decisions int64 [B] for observations float32 [B, 11].

@@ -8,7 +8,8 @@ from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
-from hhrl_bench.statistics import IntervalKind
+from hhrl_bench.metrics import finite
+from hhrl_bench.statistics import Estimate, IntervalKind
 
 SCHEMA_VERSION: Final = 1
 
@@ -20,6 +21,7 @@ Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 Commit = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{40}(-dirty)?$")]
 Name = Annotated[str, StringConstraints(min_length=1, max_length=500)]
 OptionName = Literal["stop", "follow"]
+OutcomeName = Literal["collision", "not_stop", "success", "timeout", "rear_ended", "foiled"]
 
 
 class Record(BaseModel):
@@ -37,6 +39,12 @@ class MetricRecord(Record):
     iqm: Finite | None
     n: Positive
     interval: IntervalKind
+
+
+def metric_record(estimate: Estimate) -> MetricRecord:
+    """Return the record of an estimate; what is not finite is null."""
+    numbers = {"mean": estimate.mean, "low": estimate.low, "high": estimate.high, "iqm": estimate.iqm}
+    return MetricRecord(**finite(numbers), n=estimate.n, interval=estimate.interval)
 
 
 class MetricsRecord(Record):
@@ -82,6 +90,24 @@ class TrainingRecord(Record):
     command: Name | None
 
 
+class RunTrafficRecord(Record):
+    """Episodes of a run with learned front vehicles: the feasible ones, the successes among them, and every vehicle's.
+
+    ``vehicles`` counts how often the episode of a vehicle had each outcome, the ego first; infeasible ones count too.
+    """
+
+    feasible: Count
+    success_feasible: Count
+    vehicles: tuple[dict[OutcomeName, Count], ...]
+
+
+class TrafficRecord(Record):
+    """In a world with learned front vehicles: the share of feasible episodes, and that of successes among them."""
+
+    feasible: MetricRecord
+    success_feasible: MetricRecord
+
+
 class RunRecord(Record):
     """One evaluated policy: the only one of a rule, or one training seed of a learned method."""
 
@@ -89,6 +115,7 @@ class RunRecord(Record):
     training: TrainingRecord | None
     episodes_sha256: Sha256
     metrics: RunMetricsRecord
+    traffic: RunTrafficRecord | None = None
 
 
 class ResultRecord(Record):
@@ -100,6 +127,7 @@ class ResultRecord(Record):
     option: OptionName | None
     runs: Annotated[tuple[RunRecord, ...], Field(min_length=1)]
     metrics: MetricsRecord
+    traffic: TrafficRecord | None = None
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -114,8 +142,18 @@ class TimedResult(Record):
     seconds: Annotated[float, Field(allow_inf_nan=False, ge=0.0)]
 
 
+class OpponentRecord(Record):
+    """The agent that drives the nearest front vehicle."""
+
+    agent: Name
+    checkpoint_sha256: Sha256 | None
+
+
 class TaskRecord(Record):
-    """A task as it was played: test episode i is the world of seed ``test_start + i``."""
+    """A task as it was played: test episode i is the world of seed ``test_start + i``.
+
+    ``shared``: one policy drove all vehicles, and success means that all have succeeded.
+    """
 
     id: Name
     scenario: Name
@@ -124,6 +162,8 @@ class TaskRecord(Record):
     env_steps: Positive
     test_start: Count
     episodes: Positive
+    shared: bool = False
+    opponent: OpponentRecord | None = None
 
 
 class HardwareRecord(Record):

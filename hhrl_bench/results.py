@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hhrl_bench import traffic
+from hhrl_bench.casting import load_opponent
 from hhrl_bench.episodes import EpisodeRecords
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import evaluate
@@ -15,14 +17,15 @@ from hhrl_bench.provenance import provenance
 from hhrl_bench.records import (
     SCHEMA_VERSION,
     EvaluationRecord,
-    MetricRecord,
     MetricsRecord,
+    OpponentRecord,
     OptionName,
     ResultRecord,
     RunMetricsRecord,
     RunRecord,
     TaskRecord,
     TimedResult,
+    metric_record,
 )
 from hhrl_bench.statistics import CONFIDENCE, Estimate, bootstrap_mean, wilson
 from hhrl_bench.tasks import Task
@@ -50,13 +53,15 @@ def evaluate_agent(
             except AgentError as error:
                 raise AgentError(f"{source}: {error}") from error
             update(len(played), len(agents), f"success {means(played[-1])['success']:.1%}")
+    rng = np.random.default_rng(BOOTSTRAP_SEED)
     return ResultRecord(
         agent=source,
         kind=agents[0].kind,
         task=task.id,
         option=option,
         runs=tuple(_run_record(loaded, records) for loaded, records in zip(agents, played, strict=True)),
-        metrics=summarise(played, np.random.default_rng(BOOTSTRAP_SEED)),
+        metrics=summarise(played, rng),
+        traffic=traffic.summarise(played, rng),
     )
 
 
@@ -88,12 +93,21 @@ def task_record(task: Task, episodes: int) -> TaskRecord:
         env_steps=task.env_steps,
         test_start=int(seeds[0]),
         episodes=len(seeds),
+        shared=task.shared,
+        opponent=_opponent_record(task),
     )
+
+
+def _opponent_record(task: Task) -> OpponentRecord | None:
+    loaded = load_opponent(task)
+    if task.opponent is None or loaded is None:
+        return None
+    return OpponentRecord(agent=task.opponent, checkpoint_sha256=loaded.sha256)
 
 
 def summarise(played: Sequence[EpisodeRecords], rng: np.random.Generator) -> MetricsRecord:
     """Return every metric with its interval: over training seeds if there are several, else over episodes."""
-    return MetricsRecord(**{metric.key: _metric_record(_estimate(metric, played, rng)) for metric in METRICS})
+    return MetricsRecord(**{metric.key: metric_record(_estimate(metric, played, rng)) for metric in METRICS})
 
 
 def _estimate(metric: Metric, played: Sequence[EpisodeRecords], rng: np.random.Generator) -> Estimate:
@@ -105,15 +119,11 @@ def _estimate(metric: Metric, played: Sequence[EpisodeRecords], rng: np.random.G
     return bootstrap_mean(values[0], rng, "bootstrap-episodes")
 
 
-def _metric_record(estimate: Estimate) -> MetricRecord:
-    numbers = {"mean": estimate.mean, "low": estimate.low, "high": estimate.high, "iqm": estimate.iqm}
-    return MetricRecord(**finite(numbers), n=estimate.n, interval=estimate.interval)
-
-
 def _run_record(loaded: LoadedAgent, records: EpisodeRecords) -> RunRecord:
     return RunRecord(
         checkpoint_sha256=loaded.sha256,
         training=loaded.training,
         episodes_sha256=records.digest(),
         metrics=RunMetricsRecord.model_validate(finite(means(records))),
+        traffic=traffic.counts(records),
     )

@@ -40,6 +40,11 @@ class Study:
     stages: Stages
     transfers: Sequence[Transfer]
 
+    def __post_init__(self) -> None:
+        """Reject a number of episodes that a task does not have."""
+        for task in self.tasks:
+            task.test.take(self.episodes)
+
     @property
     def units(self) -> int:
         """How many units there are."""
@@ -74,6 +79,9 @@ def transfer_study(
             nothing of the source can be reused in it.
     """
     tasks = list(map(get_task, targets))
+    twice = next((target for target in targets if targets.count(target) > 1), None)
+    if twice is not None:
+        raise AgentError(f"target {twice!r} is named twice; name each target once")
     loaded, *_ = [load_source(source, get_scenario(task.scenario)) for task in tasks]
     chosen = tuple(seeds or sorted(loaded.policies))
     loaded.require_seeds(chosen)

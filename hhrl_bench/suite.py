@@ -111,6 +111,12 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
                 tasks=("stop-line-v0",),
                 episodes=1000,
             ),
+            ScoreSuite(
+                "robustness",
+                agents=("rule-3", "rule-4", "rule-plus", "ddqn", "hybrid-hrl", "hybrid-hrl-plus"),
+                tasks=("stop-line-v0", "stop-line-heldout-v0", "adversary-v0"),
+                episodes=1000,
+            ),
             TransferSuite(
                 "transfer",
                 agents=("ddqn", "hybrid-hrl", "hybrid-hrl-plus"),

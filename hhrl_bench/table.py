@@ -142,6 +142,7 @@ def _caption(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) 
     if task.id in paper.TASKS:
         lines.append(f"The paper's rows: Table I, {CASES} cases" + (", Wilson." if layout.intervals else "."))
     lines += [note for result in results if (note := _trained_elsewhere(task, result))]
+    lines += _traffic(task, results)
     if not layout.intervals:
         missing = " and more columns" if len(layout.columns) < len(COLUMNS) else ""
         lines.append(f"A wider terminal shows 95% intervals{missing}.")
@@ -155,6 +156,26 @@ def _meaning(results: Sequence[ResultRecord]) -> str:
     if any(len(result.runs) == 1 for result in results):
         notes.append("over the episodes of a single policy (rates: Wilson)")
     return f"Means and 95% intervals: bootstrap {', or '.join(notes)}."
+
+
+def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
+    """Return who drives the other vehicles, and each agent's success in the episodes that were feasible."""
+    notes = ["One policy drives all vehicles; success: all of them stopped."] if task.shared else []
+    notes += [f"The front vehicle is driven by {task.opponent.agent}."] if task.opponent else []
+    shares = [(result.agent, result.traffic) for result in results if result.traffic]
+    return notes + [
+        f"{agent}: {percent(traffic.feasible)} of the episodes feasible, success there "
+        f"{percent(traffic.success_feasible)}."
+        for agent, traffic in shares
+    ]
+
+
+def percent(metric: MetricRecord) -> str:
+    """Return a rate in percent with its bounds."""
+    if metric.mean is None:
+        return NONE
+    rate = f"{metric.mean:.1%}"
+    return rate if metric.low is None or metric.high is None else f"{rate} ({metric.low:.1%}, {metric.high:.1%})"
 
 
 def _trained_elsewhere(task: TaskRecord, result: ResultRecord) -> str | None:

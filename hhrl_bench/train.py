@@ -17,6 +17,7 @@ from hhrl_agents.methods import Method
 from hhrl_agents.progress import Progress
 from hhrl_agents.start import NOTHING
 from hhrl_agents.training import make_learner, require_device
+from hhrl_bench.casting import training_cast
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation import play
 from hhrl_bench.metrics import finite, means
@@ -79,6 +80,7 @@ class Plan:
             "device": self.device,
             "validation_episodes": VALIDATION_EPISODES,
             **({"transfer": self.reuse.config(self.seeds)} if self.reuse else {}),
+            **({} if self.task.ego is None else {"ego": self.task.ego}),
         }
 
 
@@ -127,9 +129,9 @@ class _Training:
     def __init__(self, plan: Plan, directory: RunDirectory) -> None:
         self._plan, self._directory = plan, directory
         self._scenario = get_scenario(plan.task.scenario)
-        worlds = _world_seeds(plan, plan.method.config.n_envs)
+        worlds, cast = _world_seeds(plan, plan.method.config.n_envs), training_cast(plan.task)
         start = plan.reuse.start(plan.method, plan.seeds) if plan.reuse else NOTHING
-        self._learner = make_learner(plan.method, self._scenario, plan.seeds, worlds, plan.device, start)
+        self._learner = make_learner(plan.method, self._scenario, plan.seeds, worlds, plan.device, cast, start)
         self._runs = [SeedRun(seed) for seed in plan.seeds]
         self._state_path = directory.state(plan.seeds)
         self._file = StateFile(self._state_path, plan.config())
@@ -191,8 +193,8 @@ class _Training:
                 self._events.add(run.seed, run.curve[-1])
 
     def _validate(self, policy: LearnedAgent) -> dict[str, float | None]:
-        seeds = self._plan.task.validation.take(VALIDATION_EPISODES)
-        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES)))
+        seeds, cast = self._plan.task.validation.take(VALIDATION_EPISODES), training_cast(self._plan.task)
+        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES, cast=cast)))
 
     def _keep(self, run: SeedRun, row: Row, policy: LearnedAgent) -> None:
         if run.add(row):

@@ -77,7 +77,7 @@ class Transfer:
 
 def sensible_arms(method: Method, target: Task) -> tuple[Arm, ...]:
     """Return the arms that make sense for a method in a target task, in the order of ``ARMS``."""
-    if target.given_actions and "option" not in method.levels:
+    if target.ego or (target.given_actions and "option" not in method.levels):  # an adversary is no ego
         return ()
     own = target_method(method, target, 1)
     return tuple(arm for arm in ARMS.values() if arm.fits(own, get_scenario(target.scenario)))

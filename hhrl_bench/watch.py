@@ -5,11 +5,12 @@ from pathlib import Path
 
 from hhrl_agents import Agent
 from hhrl_agents.files import OutputError, require_writable, write_atomically
+from hhrl_bench.casting import evaluation_cast
 from hhrl_bench.errors import SeedError
 from hhrl_bench.evaluation import BATCH_ROWS
-from hhrl_bench.players import Player
-from hhrl_bench.tasks import Task, get_world
-from hhrl_envs import Option, Outcome, Simulator, get_scenario
+from hhrl_bench.stage import Stage
+from hhrl_bench.tasks import Task, get_task
+from hhrl_envs import Option, Outcome, get_scenario
 from hhrl_envs.extras import require
 from hhrl_envs.moments import Moment, moment_of
 
@@ -19,7 +20,7 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
 
     Args:
         agent: the agent to play; see :class:`hhrl_agents.Agent`.
-        task: a task or its id, or a scenario's; see :func:`hhrl_bench.tasks.get_world`.
+        task: a task or its id.
         out: a ``.gif`` (every step, in real time) or a ``.png`` (a strip of key frames).
         episode: which test episode, as :func:`hhrl_bench.evaluate` counts them.
         option: hold this option fixed in place of the agent's own choice.
@@ -30,7 +31,7 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
     path = Path(out)
     draw = _artist(path)
     require_writable(path)
-    moments = record(agent, get_world(task), episode, option)
+    moments = record(agent, get_task(task), episode, option)
     write_atomically(path, draw(moments))
     return moments[-1].outcome
 
@@ -42,16 +43,16 @@ def record(agent: Agent, task: Task, episode: int, option: Option | None = None)
     """
     if episode < 0:
         raise SeedError(f"episode is {episode}; write the number of a test episode, 0 or more")
-    scenario, row = get_scenario(task.scenario), episode % BATCH_ROWS
-    player, simulator = Player(agent, scenario.num_actions, option), Simulator(scenario, BATCH_ROWS)
-    simulator.reset(task.test.take(BATCH_ROWS, offset=episode - row))
-    player.reset(BATCH_ROWS)
+    row, cast = episode % BATCH_ROWS, evaluation_cast(task)
+    stage = Stage(agent, get_scenario(task.scenario), BATCH_ROWS, option, cast)
+    stage.begin(task.test.take(BATCH_ROWS, offset=episode - row))
+    simulator, ego = stage.simulator, row * len(cast.slots)
     moments: list[Moment] = []
-    while simulator.outcomes[row] == Outcome.RUNNING:
-        decision = player.act(simulator.observations)
-        moments.append(moment_of(simulator, row, int(decision.option[row])))
-        simulator.step(decision.action)
-    return [*moments, moment_of(simulator, row, int(decision.option[row]))]
+    while (simulator.agent_outcomes[row] == Outcome.RUNNING).any():
+        decision = stage.decide()
+        moments.append(moment_of(simulator, row, int(decision.option[ego])))
+        stage.step(decision)
+    return [*moments, moment_of(simulator, row, int(decision.option[ego]))]
 
 
 def _artist(path: Path) -> Callable[[Sequence[Moment]], bytes]:

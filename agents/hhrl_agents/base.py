@@ -10,7 +10,7 @@ IntArray = npt.NDArray[np.int64]
 Float32Array = npt.NDArray[np.float32]
 FloatArray = npt.NDArray[np.float64]
 
-NO_OPTION = -1
+NO_OPTION = NO_ACTION = -1
 
 
 class Decision(NamedTuple):

@@ -15,6 +15,7 @@ from hhrl_agents.mlp import MLP, Parameters
 from hhrl_agents.networks import FFV, ActionNetwork, mask_penalty, one_hot, subset
 from hhrl_envs import Scenario
 from hhrl_envs.errors import InputError
+from hhrl_envs.state import State
 
 Metadata = Mapping[str, Any]
 
@@ -39,6 +40,14 @@ class LearnedAgent:
     def reset(self, mask: BoolArray) -> None:
         """Return nothing; forget the rows that start a new episode; see `Agent.reset`."""
         self._memory.begin(mask)
+
+    def state(self) -> State:
+        """Return what is remembered of the rows; see `hhrl_agents.saving.Stateful`."""
+        return self._memory.state()
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.saving.Stateful`."""
+        self._memory.restore(state)
 
     @torch.no_grad()
     def act(self, observations: Float32Array) -> Decision:

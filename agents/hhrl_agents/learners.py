@@ -9,25 +9,25 @@ from torch import Tensor
 
 from hhrl_agents.adam import Adam
 from hhrl_agents.algorithms import make_algorithm
-from hhrl_agents.base import BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.base import FloatArray
+from hhrl_agents.cast import EGO_ALONE, Cast
 from hhrl_agents.divergence import beyond_bound
 from hhrl_agents.exploration import Explorer
 from hhrl_agents.frozen import frozen_parameters
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
-from hhrl_agents.learning_rewards import discounts, level_rewards
-from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.multistep import MultiStep
 from hhrl_agents.networks import method_shapes
 from hhrl_agents.parameters import ParameterStack
 from hhrl_agents.progress import Progress
-from hhrl_agents.replay import ReplayBuffer, Transitions
+from hhrl_agents.replay import ReplayBuffer
 from hhrl_agents.sampling import make_sampler
 from hhrl_agents.saving import Stateful, gather, scatter
 from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.stacked_environments import StackedEnvironments
 from hhrl_agents.start import NOTHING, Start
-from hhrl_envs import Outcome, Scenario, Simulator
-from hhrl_envs.errors import InputError
+from hhrl_envs import Scenario
+from hhrl_envs.errors import require_value
 from hhrl_envs.state import State, count, read, read_count
 
 _COUNTS = ("env_steps", "updates", "_reported_updates")
@@ -37,8 +37,8 @@ class Learner:
     """Trains E independent seeds of one method, stacked into shared tensors; a `TrainableStack`.
 
     method: what to train; scenario: the world to train in; seeds: one for each of the E learners, of all of its random
-    draws; world_seeds: uint64 [E, n_envs], the worlds of its environments; start: what the seeds begin with. A seed's
-    draws do not depend on the others.
+    draws; world_seeds: uint64 [E, n_envs], the worlds of its environments; cast: which vehicles learn, and who drives
+    the others; start: what the seeds begin with. A seed's draws do not depend on the others.
     The tensors are small: train with one torch thread, more only wait for each other.
     """
 
@@ -49,12 +49,14 @@ class Learner:
         seeds: Sequence[int],
         world_seeds: npt.NDArray[np.uint64],
         device: str = "cpu",
+        cast: Cast = EGO_ALONE,
         start: Start = NOTHING,
     ) -> None:
         config = method.config
-        if np.shape(world_seeds) != (len(seeds), config.n_envs):
-            raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {(len(seeds), config.n_envs)}")
         self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
+        self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds, cast)
+        capacity, width = config.replay_capacity, self._environments.width
+        require_value(capacity >= width, "replay_capacity", capacity, f"at least {width}, a step of every vehicle")
         self.env_steps = self.updates = 0
         shapes, place = method_shapes(method, scenario.num_actions), torch.device(device)
         start.require_fit(method, shapes, seeds)
@@ -67,15 +69,10 @@ class Learner:
         parts = [self.stack.part(f"{level}.") for level in levels]
         self._optimiser = Adam(self.stack.flat, parts, config.max_gradient_norm)
         features = config.features
-        self._replay = ReplayBuffer(len(seeds), config.n_envs, config.replay_capacity, features, place)
+        self._replay = ReplayBuffer(len(seeds), capacity, features, place)
         self._sampler = make_sampler(method, generators(seeds, Purpose.REPLAY), len(levels), self._replay.capacity)
         self._multistep = MultiStep(config.n_steps)
         self._explorers = self._make_explorers()
-        self._simulator = Simulator(scenario, len(seeds) * config.n_envs)
-        self._simulator.reset(world_seeds.reshape(-1))
-        self._memory = Traces(config.memory)
-        self._memory.begin(np.ones(self._simulator.num_rows, np.bool_))
-        self._features = self._observe(None)
         self._values: dict[str, Tensor] = {}
         self._clear_meters()
 
@@ -107,7 +104,7 @@ class Learner:
             **gather(self._parts()),
             **counts,
             "losses": self._losses.copy(),
-            "outcomes": self._outcome_counts.copy(),
+            "outcomes": self._environments.outcome_counts.copy(),
         }
 
     def restore(self, state: State) -> None:
@@ -120,8 +117,8 @@ class Learner:
         for name in _COUNTS:
             setattr(self, name, read_count(state, name))
         self._losses[:] = read(state, "losses", self._losses)
-        self._outcome_counts[:] = read(state, "outcomes", self._outcome_counts)
-        self._features = self._observe(np.zeros(self._simulator.num_rows, np.bool_))
+        self._environments.outcome_counts[:] = read(state, "outcomes", self._environments.outcome_counts)
+        self._environments.look()
 
     def _parts(self) -> dict[str, Stateful]:
         explorers = {f"explorer-{index}": explorer for index, explorer in enumerate(self._explorers)}
@@ -131,39 +128,18 @@ class Learner:
             "replay": self._replay,
             "sampler": self._sampler,
             "multistep": self._multistep,
-            "simulator": self._simulator,
-            "memory": self._memory,
+            **self._environments.parts(),
             **explorers,
         }
 
     def _interact(self, epsilon: float) -> None:
         """Step every environment once and store what happened."""
-        simulator, shape = self._simulator, (len(self.seeds), self.method.config.n_envs)
+        environments = self._environments
         tried = [explorer.draw(epsilon) for explorer in self._explorers]
-        options, actions = self.algorithm.choose(self._features, tried)
-        simulator.step(actions.reshape(-1))
-        ended = simulator.outcomes != Outcome.RUNNING
-        step = Transitions(
-            self._features,
-            options,
-            actions,
-            level_rewards(self.method, simulator, options.reshape(-1)).reshape(*shape, 2),
-            discounts(self.method, simulator).reshape(shape),
-            self._observe(None),
-        )
-        joined = self._multistep.push(step, ended.reshape(shape))
+        joined = self._multistep.push(*environments.step(*self.algorithm.choose(environments.features, tried)))
         if joined is not None:
             self._sampler.added(self._replay.add(joined))
-        self._count_outcomes()
-        simulator.reset_done()
-        self._memory.begin(ended)
-        self._features = self._observe(ended)
-        self.env_steps += shape[1]
-
-    def _observe(self, rows: BoolArray | None) -> Float32Array:
-        """Return what the networks read, [E, n_envs, features], of all rows, after memory has seen the new `rows`."""
-        features = self._memory.observe(self._simulator.observations, rows)
-        return features.reshape(len(self.seeds), self.method.config.n_envs, -1)
+        self.env_steps += self.method.config.n_envs
 
     def _update_is_due(self) -> bool:
         config = self.method.config
@@ -186,22 +162,19 @@ class Learner:
             self.stack.move_target(config.target_rate)
 
     def _make_explorers(self) -> list[Explorer]:
-        streams, config = generators(self.seeds, Purpose.EXPLORATION), self.method.config
-        return [Explorer(streams, config.n_envs, found, config.exploration_hold) for found in self.algorithm.choices]
+        streams, width = generators(self.seeds, Purpose.EXPLORATION), self._environments.width
+        config = self.method.config
+        return [Explorer(streams, width, found, config.exploration_hold) for found in self.algorithm.choices]
 
     def _policy(self, index: int, seed: int) -> LearnedAgent:
         metadata = describe(self.method, self.scenario, seed, self.env_steps)
         return make_agent(self.method, self.scenario, self.stack.snapshot(index) | self._frozen, metadata)
 
-    def _count_outcomes(self) -> None:
-        rows = np.flatnonzero(self._simulator.outcomes != Outcome.RUNNING)
-        np.add.at(self._outcome_counts, (rows // self.method.config.n_envs, self._simulator.outcomes[rows]), 1)
-
     def _report(self) -> Progress:
         with np.errstate(invalid="ignore"):
             means = self._losses / (self.updates - self._reported_updates)
         losses = dict(zip(self.algorithm.levels, means, strict=True))
-        report = Progress(self.env_steps, self.updates, losses, self._outcome_counts, self._diverged())
+        report = Progress(self.env_steps, self.updates, losses, self._environments.outcome_counts, self._diverged())
         self._clear_meters()
         return report
 
@@ -218,7 +191,7 @@ class Learner:
         self._reported_updates = self.updates
         self._values = {}
         self._losses: FloatArray = np.zeros((len(self.algorithm.levels), len(self.seeds)))
-        self._outcome_counts: IntArray = np.zeros((len(self.seeds), len(Outcome)), np.int64)
+        self._environments.clear_counts()
 
 
 def linear(start: float, end: float, share: float) -> float:

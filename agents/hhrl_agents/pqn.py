@@ -14,14 +14,13 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.adam import Adam
-from hhrl_agents.base import BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.base import NO_OPTION, BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.cast import EGO_ALONE
 from hhrl_agents.exploration import GREEDY, Explorer
 from hhrl_agents.lambda_returns import lambda_returns
 from hhrl_agents.learned import LearnedAgent, describe, make_agent
 from hhrl_agents.learners import linear
-from hhrl_agents.learning_rewards import discounts, level_rewards
 from hhrl_agents.levels import LevelErrors
-from hhrl_agents.memory import Traces
 from hhrl_agents.methods import Method
 from hhrl_agents.mlp import MLP
 from hhrl_agents.networks import method_shapes, subset
@@ -30,8 +29,8 @@ from hhrl_agents.progress import Progress
 from hhrl_agents.replay import ACTION
 from hhrl_agents.saving import Stateful, gather, scatter
 from hhrl_agents.seeding import Purpose, generators, restore_streams, save_streams
-from hhrl_envs import Outcome, Scenario, Simulator
-from hhrl_envs.errors import InputError
+from hhrl_agents.stacked_environments import StackedEnvironments
+from hhrl_envs import Scenario
 from hhrl_envs.state import State, count, read_count
 
 _COUNTS = ("env_steps", "updates", "_reported_updates")
@@ -73,9 +72,8 @@ class PQNLearner:
         device: str = "cpu",
     ) -> None:
         config = method.config
-        if np.shape(world_seeds) != (len(seeds), config.n_envs):
-            raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {(len(seeds), config.n_envs)}")
         self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
+        self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds, EGO_ALONE)
         self.env_steps = self.updates = 0
         self._device = torch.device(device)
         shapes = method_shapes(method, scenario.num_actions)
@@ -86,11 +84,6 @@ class PQNLearner:
         self._shufflers = generators(seeds, Purpose.SHUFFLING)
         choices, streams = np.arange(scenario.num_actions), generators(seeds, Purpose.EXPLORATION)
         self._explorer = Explorer(streams, config.n_envs, choices, config.exploration_hold)
-        self._simulator = Simulator(scenario, len(seeds) * config.n_envs)
-        self._simulator.reset(world_seeds.reshape(-1))
-        self._memory = Traces(config.memory)
-        self._memory.begin(np.ones(self._simulator.num_rows, np.bool_))
-        self._features = self._observe(None)
         self._clear_meters()
 
     def train(self, env_steps: int) -> Iterator[Progress]:
@@ -131,45 +124,26 @@ class PQNLearner:
         restore_streams(self._shufflers, state)
         for name in _COUNTS:
             setattr(self, name, read_count(state, name))
-        self._features = self._observe(np.zeros(self._simulator.num_rows, np.bool_))
+        self._environments.look()
 
     def _parts(self) -> dict[str, Stateful]:
         return {
             "parameters": self.stack,
             "optimiser": self._optimiser,
             "explorer": self._explorer,
-            "simulator": self._simulator,
-            "memory": self._memory,
+            **self._environments.parts(),
         }
 
     def _interact(self, epsilon: float) -> Step:
         """Step every environment once and return what happened."""
-        simulator, shape = self._simulator, (len(self.seeds), self.method.config.n_envs)
-        observations = self._features
+        features = self._environments.features
         tried = self._explorer.draw(epsilon)
-        greedy = self._network(self._columns(observations[None])).max(1).indices.cpu().numpy()
+        greedy = self._network(self._columns(features[None])).max(1).indices.cpu().numpy()
         actions = np.where(tried == GREEDY, greedy, tried)
-        simulator.step(actions.reshape(-1))
-        ended = simulator.outcomes != Outcome.RUNNING
-        step = Step(
-            observations,
-            actions,
-            level_rewards(self.method, simulator, actions.reshape(-1))[:, ACTION].reshape(shape),
-            discounts(self.method, simulator).reshape(shape),
-            self._observe(None),
-            ended.reshape(shape),
-        )
-        self._count_outcomes()
-        simulator.reset_done()
-        self._memory.begin(ended)
-        self._features = self._observe(ended)
-        self.env_steps += shape[1]
-        return step
-
-    def _observe(self, rows: BoolArray | None) -> Float32Array:
-        """Return what the network reads, [E, n_envs, features], of all rows, after memory has seen the new `rows`."""
-        features = self._memory.observe(self._simulator.observations, rows)
-        return features.reshape(len(self.seeds), self.method.config.n_envs, -1)
+        step, ended = self._environments.step(np.full_like(actions, NO_OPTION), actions)
+        self.env_steps += self.method.config.n_envs
+        rewards = step.rewards[..., ACTION]
+        return Step(features, actions, rewards, step.discounts, step.next_observations, ended)
 
     def _targets(self, steps: Sequence[Step]) -> Targets:
         """Return the rollout's states and actions with their Q(lambda) returns by the network as it is now."""
@@ -205,17 +179,13 @@ class PQNLearner:
         metadata = describe(self.method, self.scenario, seed, self.env_steps)
         return make_agent(self.method, self.scenario, self.stack.snapshot(index), metadata)
 
-    def _count_outcomes(self) -> None:
-        rows = np.flatnonzero(self._simulator.outcomes != Outcome.RUNNING)
-        np.add.at(self._outcome_counts, (rows // self.method.config.n_envs, self._simulator.outcomes[rows]), 1)
-
     def _report(self) -> Progress:
         losses = {"action": self._losses / (self.updates - self._reported_updates)}
-        report = Progress(self.env_steps, self.updates, losses, self._outcome_counts)
+        report = Progress(self.env_steps, self.updates, losses, self._environments.outcome_counts)
         self._clear_meters()
         return report
 
     def _clear_meters(self) -> None:
         self._reported_updates = self.updates
         self._losses = np.zeros(len(self.seeds))
-        self._outcome_counts = np.zeros((len(self.seeds), len(Outcome)), np.int64)
+        self._environments.clear_counts()

@@ -96,8 +96,26 @@ _CONTROLS = (
     Method("ppo", config=PPOConfig(), summary="PPO by Stable-Baselines3"),
 )
 
+_TRAFFIC = (
+    replace(
+        _HYBRID,
+        id="platoon",
+        config=replace(_BEYOND, layer_norm=True),
+        summary="Hybrid HRL plus, layer normalisation, driving all vehicles of platoon-v0",
+    ),
+    replace(
+        _DDQN,
+        id="adversary",
+        config=replace(_BEYOND, advantage_learning=0.9, memory=(0.1, 0.03, 0.003), gamma=0.999, jerk_weight=0.0),
+        summary="flat, the front vehicle of adversary-v0 that makes the ego fail",
+    ),
+)
+
 METHODS: Mapping[str, Method] = MappingProxyType(
-    {method.id: method for method in (*_PAPER, *_PLUS, *_CONTROLS, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY)}
+    {
+        method.id: method
+        for method in (*_PAPER, *_PLUS, *_CONTROLS, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY, *_TRAFFIC)
+    }
 )
 """Every learning method by its id.
 

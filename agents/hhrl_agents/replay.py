@@ -6,18 +6,19 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.base import Float32Array, FloatArray, IntArray
-from hhrl_envs.state import State, count, read, read_count
+from hhrl_agents.base import NO_ACTION, Float32Array, FloatArray, IntArray
+from hhrl_envs.state import State, read
 
 OPTION, ACTION = range(2)
 """The levels of the hierarchy; a flat learner has the action level alone."""
 
 
 class Transitions(NamedTuple):
-    """One step of n environments for each of E seeds.
+    """One step of n vehicles for each of E seeds.
 
-    observations, next_observations: float32 [E, n, 11]; options, actions: int64 [E, n]; rewards: [E, n, 2], a column
-    for each level; discounts: [E, n], gamma, or 0 where the episode terminated.
+    observations, next_observations: float32 [E, n, 11]; options, actions: int64 [E, n], `NO_ACTION` where a vehicle
+    whose episode has ended waits for the others; rewards: [E, n, 2], a column for each level; discounts: [E, n], gamma,
+    or 0 where the episode terminated.
     """
 
     observations: Float32Array
@@ -45,45 +46,48 @@ class Batch(NamedTuple):
 
 
 class ReplayBuffer:
-    """A ring of `capacity` transitions a seed, rounded down to whole steps of `n_envs` environments, on one device.
+    """A ring of `capacity` transitions a seed, on one device; `stored`, int64 [E], counts those of each seed."""
 
-    All seeds step together, so one position and one count (`stored`) serve them all.
-    """
-
-    def __init__(self, num_seeds: int, n_envs: int, capacity: int, features: int, device: torch.device) -> None:
-        self.capacity = capacity - capacity % n_envs
-        self.stored = 0
-        self._position = 0
+    def __init__(self, num_seeds: int, capacity: int, features: int, device: torch.device) -> None:
+        self.capacity = capacity
+        self.stored: IntArray = np.zeros(num_seeds, np.int64)
+        self._position: IntArray = np.zeros(num_seeds, np.int64)
         self._features = features
         self._rows = torch.zeros((num_seeds, self.capacity, 2 * features + 5), device=device)
         self._first_rows = np.arange(num_seeds)[:, None] * self.capacity
 
     def add(self, step: Transitions) -> IntArray:
-        """Return the indices [n] at which every seed's n transitions are now stored, in place of the oldest."""
+        """Return the indices [E, n] at which the transitions are now stored, in place of each seed's oldest ones.
+
+        Those of vehicles that wait are not: their index is -1.
+        """
         columns = (step.rewards, step.discounts[..., None], step.options[..., None], step.actions[..., None])
         rows = np.concatenate((step.observations, step.next_observations, *columns), axis=-1, dtype=np.float32)
-        first, count = self._position, rows.shape[1]
-        self._rows[:, first : first + count] = torch.from_numpy(rows)
-        self._position = (first + count) % self.capacity
-        self.stored = min(self.stored + count, self.capacity)
-        return np.arange(first, first + count)
+        acted = step.actions != NO_ACTION
+        places = (self._position[:, None] + acted.cumsum(axis=1) - 1) % self.capacity
+        flat = torch.from_numpy((places + self._first_rows)[acted]).to(self._rows.device)
+        self._rows.view(-1, rows.shape[2])[flat] = torch.from_numpy(rows[acted]).to(self._rows.device)
+        added = acted.sum(axis=1)
+        self._position = (self._position + added) % self.capacity
+        self.stored = np.minimum(self.stored + added, self.capacity)
+        return np.where(acted, places, -1)
 
     def largest_reward(self) -> FloatArray:
         """Return the largest absolute reward of any level that each seed's transitions hold, float64 [E]."""
-        rewards = self._rows[:, : self.stored, 2 * self._features : 2 * self._features + 2]
+        rewards = self._rows[:, : self.stored.max(), 2 * self._features : 2 * self._features + 2]
         largest: FloatArray = rewards.abs().amax((1, 2)).cpu().double().numpy()
         return largest
 
     def state(self) -> State:
         """Return what is stored, and where the next transition belongs; see `hhrl_agents.saving.Stateful`."""
-        rows = self._rows[:, : self.stored].cpu().numpy().copy()
-        return {"rows": rows, "stored": count(self.stored), "position": count(self._position)}
+        rows = self._rows[:, : self.stored.max()].cpu().numpy().copy()
+        return {"rows": rows, "stored": self.stored.copy(), "position": self._position.copy()}
 
     def restore(self, state: State) -> None:
         """Return nothing; see `hhrl_agents.saving.Stateful`."""
-        self.stored = min(read_count(state, "stored"), self.capacity)
-        self._position = read_count(state, "position") % self.capacity
-        stored = self._rows[:, : self.stored]
+        self.stored = np.clip(read(state, "stored", self.stored), 0, self.capacity)
+        self._position = read(state, "position", self._position) % self.capacity
+        stored = self._rows[:, : self.stored.max()]
         stored.copy_(torch.from_numpy(read(state, "rows", stored.cpu().numpy())))
 
     def gather(self, indices: IntArray) -> Batch:

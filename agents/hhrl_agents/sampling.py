@@ -34,10 +34,10 @@ class Sampler(Stateful, Protocol):
     """What a learner asks of a way to sample the replay buffer."""
 
     def added(self, indices: IntArray) -> None:
-        """Return nothing; take note that every seed's transitions at `indices` [n] are new."""
+        """Return nothing; take note that every seed's transitions at `indices` [E, n] are new; -1 is none."""
 
-    def draw(self, stored: int) -> Draw:
-        """Return mini-batches from `stored` transitions."""
+    def draw(self, stored: IntArray) -> Draw:
+        """Return mini-batches from each seed's `stored` transitions, int64 [E]."""
 
     def update(self, indices: IntArray, errors: FloatArray) -> None:
         """Return nothing; take note of the drawn transitions' absolute TD errors, [levels, E, M]."""
@@ -55,9 +55,9 @@ class UniformSampler:
     def added(self, indices: IntArray) -> None:
         """Return nothing; see `Sampler.added`."""
 
-    def draw(self, stored: int) -> Draw:
+    def draw(self, stored: IntArray) -> Draw:
         """Return `batch_size` transitions for each seed, all of weight 1; see `Sampler.draw`."""
-        indices = (uniforms(self._streams, self._batch_size) * stored).astype(np.int64)
+        indices = (uniforms(self._streams, self._batch_size) * stored[:, None]).astype(np.int64)
         return Draw(indices, self._parts, self._weights)
 
     def update(self, indices: IntArray, errors: FloatArray) -> None:
@@ -97,15 +97,15 @@ class PrioritizedSampler:
 
     def added(self, indices: IntArray) -> None:
         """Return nothing; give the new transitions the highest priority; see `Sampler.added`."""
-        self._trees.assign(indices[None], self._highest.reshape(-1, 1))
+        self._trees.assign(np.tile(indices, (self._num_trees, 1)), self._highest.reshape(-1, 1))
 
-    def draw(self, stored: int) -> Draw:
+    def draw(self, stored: IntArray) -> Draw:
         """Return each tree's mini-batch, one beside the other; see `Sampler.draw`."""
         seeds, size = len(self._streams), self._config.batch_size
         uniform = uniforms(self._streams, self._num_trees, size).swapaxes(0, 1)
         indices = self._trees.find(((self._strata + uniform) / size).reshape(-1, size))
         chances = self._trees.priorities(indices) / self._trees.totals[:, None]
-        weights = (stored * chances) ** -self._config.importance_exponent
+        weights = (np.tile(stored, self._num_trees)[:, None] * chances) ** -self._config.importance_exponent
         weights = (weights / weights.max(-1, keepdims=True)).astype(np.float32).reshape(-1, seeds, 1, size)
         side_by_side = indices.reshape(-1, seeds, size).swapaxes(0, 1).reshape(seeds, -1)
         return Draw(side_by_side, self._parts, [weights[level % len(weights)] for level in range(len(self._parts))])

@@ -1,11 +1,12 @@
 """Saving a learner: every part of it owns its state, and the learner's is all of theirs."""
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from hhrl_envs.state import State
 
 
+@runtime_checkable
 class Stateful(Protocol):
     """A part that can be saved and go on later, bit for bit."""
 

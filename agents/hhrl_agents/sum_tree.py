@@ -36,6 +36,8 @@ class SumTrees:
     def assign(self, indices: IntArray, priorities: FloatArray) -> None:
         """Return nothing; set the priorities [T, K] of the leaves `indices` [T, K]; of an index twice the last counts.
 
+        An index of -1 is no leaf.
+
         Both may have a first axis of length 1, for all trees alike.
         """
         shape = (len(self.nodes), indices.shape[1])
@@ -57,11 +59,12 @@ def _padded(size: int) -> int:
 def _assign(nodes: FloatArray, starts: npt.NDArray[np.int64], indices: IntArray, priorities: FloatArray) -> None:
     for t in range(indices.shape[0]):
         for k in range(indices.shape[1]):
-            nodes[t, starts[-1] + indices[t, k]] = priorities[t, k]
+            if indices[t, k] >= 0:
+                nodes[t, starts[-1] + indices[t, k]] = priorities[t, k]
         width = FAN_OUT
         for level in range(len(starts) - 1, 0, -1):
             for k in range(indices.shape[1]):
-                parent = indices[t, k] // width
+                parent = max(indices[t, k], 0) // width  # of -1 any node, whose sum does not change
                 first = starts[level] + parent * FAN_OUT
                 total = 0.0
                 for child in range(FAN_OUT):

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from hhrl_agents.cast import EGO_ALONE, Cast
 from hhrl_agents.learners import Learner
 from hhrl_agents.methods import Method
 from hhrl_agents.pqn import PQNLearner
@@ -22,18 +23,21 @@ def make_learner(
     seeds: Sequence[int],
     world_seeds: npt.NDArray[np.uint64],
     device: str = "cpu",
+    cast: Cast = EGO_ALONE,
     start: Start = NOTHING,
 ) -> TrainableStack:
     """Return the learner of the method's algorithm; see `Learner` for the arguments.
 
     Raises:
         MissingExtraError: if the algorithm is a library's that is not installed.
-        InputError: if torch has no such device, the algorithm does not use it, or the start does not fit.
+        InputError: if torch has no such device, the algorithm does not use it or has no place for such a cast or start,
+            or the start does not fit.
     """
     require_device(device)
     if method.algorithm == "double-dqn":
-        return Learner(method, scenario, seeds, world_seeds, device, start)
-    plain = start is NOTHING
+        return Learner(method, scenario, seeds, world_seeds, device, cast, start)
+    alone, plain = cast == EGO_ALONE, start is NOTHING
+    require_value(alone, "method", repr(method.id), "one that learns by Double DQN, to drive other than the ego")
     require_value(plain, "start", "a start from other parameters", f"none: {method.algorithm} begins from nothing")
     if method.algorithm == "ppo":
         require_value(device == "cpu", "device", repr(device), "cpu: PPO's small networks gain nothing from another")

@@ -107,15 +107,17 @@ def judge_adversary(m: Floats, ego: int, r: int, c: Floats, lanes: int) -> None:
 def reward_adversary(m: Floats, ego: int, c: Floats, lanes: int) -> None:
     """Write the rewards of the adversaries, if there are any, whose TIME, UNSMOOTH and COLLISION are written already.
 
-    SUCCESS is +sigma_4 if the ego failed although it need not have, and -sigma_4 otherwise. There are no sub-goals:
-    r^option is TIME + SUCCESS, and r^action is r^task, whatever the option. ``ego`` is the egos' record as agents.
+    SUCCESS is +sigma_4 if the ego failed although it need not have, and -sigma_4 otherwise; also if the adversary has
+    collided itself, or that would be its cheapest way out. There are no sub-goals: r^option is TIME + SUCCESS, and
+    r^action is r^task, whatever the option. ``ego`` is the egos' record as agents.
     """
     a = ego + at.AGENT
     if c[at.ADVERSARY] == 0.0:
         return
     for i in range(lanes):
         fresh = m[a + at.FRESH + i]
-        success = c[at.SIGMA_4] if fresh == SUCCESS else (-c[at.SIGMA_4] if fresh == FOILED else 0.0)
+        lost = (fresh == FOILED) | (fresh == COLLISION)
+        success = c[at.SIGMA_4] if fresh == SUCCESS else (-c[at.SIGMA_4] if lost else 0.0)
         m[a + at.UNSAFE_SSL + i], m[a + at.UNSAFE_FFV + i], m[a + at.SUCCESS + i] = 0.0, 0.0, success
         sr = m[a + at.TIME + i] + success
         task = sr + m[a + at.UNSMOOTH + i] + m[a + at.COLLISION + i]

@@ -41,6 +41,7 @@ class Results(NamedTuple):
         rewards: r^task, float64 [B].
         reward_option, reward_action: r^option and r^action if option k is the selected one, float64 [B, 2].
         outcomes: ``Outcome`` codes, int8 [B].
+        terms: signed reward terms, float64 [B, 8]; see ``hhrl_envs.rewards``.
     """
 
     observations: Floats32
@@ -48,6 +49,7 @@ class Results(NamedTuple):
     reward_option: Floats
     reward_action: Floats
     outcomes: Codes
+    terms: Floats
 
 
 class Simulator:
@@ -117,6 +119,13 @@ class Simulator:
         return outcomes
 
     @property
+    def agent_outcomes(self) -> Codes:
+        """``Outcome`` codes of all agents, int8 [B, A]."""
+        self._require_reset()
+        outcomes: Codes = self.raw_results[5].T.astype(np.int8)
+        return outcomes
+
+    @property
     def steps(self) -> Ints:
         """Steps done in the current episode, int64 [B]."""
         return self._memory.of_row(at.STEPS).astype(np.int64)
@@ -135,8 +144,8 @@ class Simulator:
         self._require_reset()
         _require_index("agent", agent, self.num_agents)
         results = self.raw_results[:, agent]
-        outcomes = results[5].astype(np.int8)
-        return Results(self.raw_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes)
+        outcomes, terms = results[5].astype(np.int8), self._memory.of_agent(agent, at.TERMS, at.TERMS_SIZE)
+        return Results(self.raw_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes, terms)
 
     def reset(self, seeds: ArrayLike) -> None:
         """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""

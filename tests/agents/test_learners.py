@@ -67,7 +67,7 @@ def test_transitions_follow_each_other(name: str) -> None:
     steps, n_steps = 160, METHODS[name].config.n_steps
     learner, _ = trained(small(name, final_epsilon=1.0), steps=steps * N_ENVS)
     count = joined_steps(learner, steps)
-    assert learner._replay.stored == count * N_ENVS
+    assert (learner._replay.stored == count * N_ENVS).all()
     batch, shape = stored(learner, count * N_ENVS), (2, count, N_ENVS, learner.method.config.features)
     first = batch.observations.transpose(1, 2).reshape(shape)
     second = batch.next_observations.transpose(1, 2).reshape(shape)
@@ -92,7 +92,7 @@ class Played(NamedTuple):
 def level_rewards_of(method: Method, simulator: Simulator, options: NDArray[np.int64]) -> NDArray[np.float64]:
     """The rewards of both levels, [n, 2]; those without hybrid reward written out."""
     if method.hybrid_reward:
-        return level_rewards(method, simulator, options)
+        return level_rewards(method, simulator.of_agent(0), options)
     task = simulator.rewards - (1.0 - method.config.jerk_weight) * simulator.terms[:, UNSMOOTH]
     task = task - simulator.terms[:, TIMEOUT] if method.config.timeout == "truncation" else task
     rewards: NDArray[np.float64] = np.stack((task, task), axis=1) * method.config.reward_scale
@@ -217,7 +217,7 @@ def test_several_steps_are_joined_as_they_were_played() -> None:
     learner = learner_of(method, (3,), scenario)
     list(learner.train(steps * N_ENVS))
     count = (steps - n_steps + 1) * N_ENVS
-    assert learner._replay.stored == count
+    assert (learner._replay.stored == count).all()
     batch, replayed, gamma = stored(learner, count), Simulator(scenario, N_ENVS), method.config.gamma
     replayed.reset(np.arange(N_ENVS) + 3 * N_ENVS)
     actions = batch.actions[0, 0].numpy().reshape(-1, N_ENVS)

@@ -27,7 +27,7 @@ def test_the_paper_s_table_of_switches() -> None:
 def test_options_are_learned_held_by_a_rule_or_absent() -> None:
     given = {name: method.option for name, method in METHODS.items() if method.option != "learned"}
     assert given == {
-        **dict.fromkeys(("ddqn", "ddqn-plus", "ddqn-per", "pqn", "ppo"), "none"),
+        **dict.fromkeys(("ddqn", "ddqn-plus", "ddqn-per", "pqn", "ppo", "adversary"), "none"),
         "follow-only": "rule-1",
         "rule-option": "rule-4",
     }

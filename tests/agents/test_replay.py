@@ -1,6 +1,7 @@
 import numpy as np
 import torch
 
+from hhrl_agents.base import NO_ACTION
 from hhrl_agents.replay import Batch, ReplayBuffer, Transitions
 from hhrl_envs.observation import SIZE
 
@@ -32,16 +33,15 @@ def assert_is(batch: Batch, k: int, steps: list[Transitions], seed: int, when: i
 
 def test_what_is_stored_comes_back_and_the_oldest_goes_first() -> None:
     rng, seeds, n = np.random.default_rng(0), 3, 4
-    buffer = ReplayBuffer(seeds, n, 22, SIZE, CPU)
-    assert buffer.capacity == 20
+    buffer = ReplayBuffer(seeds, 22, SIZE, CPU)
     steps, where = [], []
     for when in range(8):
         steps.append(step(rng, seeds, n))
         where.append(buffer.add(steps[-1]))
-        assert buffer.stored == min(n * (when + 1), 20)
-    kept = [(when, env) for when in range(3, 8) for env in range(n)]
-    indices = np.array([[where[when][env] for when, env in kept]] * seeds)
-    assert sorted(indices[0]) == list(range(20))
+        assert (buffer.stored == min(n * (when + 1), 22)).all()
+    kept = [(2, 2), (2, 3), *((when, env) for when in range(3, 8) for env in range(n))]
+    indices = np.stack([where[when][:, env] for when, env in kept], axis=1)
+    assert (np.sort(indices, axis=1) == np.arange(22)).all()
     batch = buffer.gather(indices)
     for k, (when, env) in enumerate(kept):
         for seed in range(seeds):
@@ -50,7 +50,7 @@ def test_what_is_stored_comes_back_and_the_oldest_goes_first() -> None:
 
 def test_each_seed_gathers_its_own_indices() -> None:
     rng = np.random.default_rng(1)
-    buffer, only = ReplayBuffer(2, 4, 4, SIZE, CPU), step(rng, 2, 4)
+    buffer, only = ReplayBuffer(2, 4, SIZE, CPU), step(rng, 2, 4)
     buffer.add(only)
     batch = buffer.gather(np.array([[0, 3], [2, 2]]))
     for seed, k, env in ((0, 0, 0), (0, 1, 3), (1, 0, 2), (1, 1, 2)):
@@ -59,7 +59,7 @@ def test_each_seed_gathers_its_own_indices() -> None:
 
 def test_a_batch_is_a_copy() -> None:
     rng = np.random.default_rng(2)
-    buffer = ReplayBuffer(1, 4, 4, SIZE, CPU)
+    buffer = ReplayBuffer(1, 4, SIZE, CPU)
     buffer.add(step(rng, 1, 4))
     batch = buffer.gather(np.array([[0, 1]]))
     before = [part.clone() for part in batch]
@@ -68,9 +68,32 @@ def test_a_batch_is_a_copy() -> None:
 
 
 def test_columns_have_their_features_first() -> None:
-    buffer = ReplayBuffer(2, 4, 4, SIZE, CPU)
+    buffer = ReplayBuffer(2, 4, SIZE, CPU)
     buffer.add(step(np.random.default_rng(3), 2, 4))
     batch = buffer.gather(np.array([[0, 3, 1], [2, 2, 0]]))
     assert [part.shape[1] for part in batch] == [SIZE, 1, 1, 1, 1, 1, SIZE]
     assert all((part.shape[0], part.shape[2]) == (2, 3) for part in batch)
     assert (batch.options.dtype, batch.actions.dtype) == (torch.int64, torch.int64)
+
+
+def test_vehicles_that_wait_are_not_stored_and_seeds_fill_at_their_own_pace() -> None:
+    """Against a list for each seed, the oldest first, cut to the capacity."""
+    rng, seeds, capacity = np.random.default_rng(4), 3, 10
+    buffer = ReplayBuffer(seeds, capacity, SIZE, CPU)
+    steps, held = [], [dict[int, tuple[int, int]]() for _ in range(seeds)]
+    for when in range(12):
+        waits = rng.random((seeds, 4)) < np.array([[0.0], [0.5], [0.9]])
+        made = step(rng, seeds, 4)
+        steps.append(made._replace(actions=np.where(waits, NO_ACTION, made.actions)))
+        where = buffer.add(steps[-1])
+        assert ((where < 0) == waits).all()
+        for seed, vehicle in zip(*np.nonzero(~waits), strict=True):
+            held[seed].pop(int(where[seed, vehicle]), None)
+            held[seed][int(where[seed, vehicle])] = (when, int(vehicle))
+    for seed in range(seeds):
+        acted = [(when, v) for when in range(12) for v in range(4) if steps[when].actions[seed, v] != NO_ACTION]
+        assert sorted(held[seed].values()) == acted[-capacity:]
+        assert buffer.stored[seed] == len(held[seed])
+        batch = buffer.gather(np.tile(list(held[seed]), (seeds, 1)))
+        for k, (when, vehicle) in enumerate(held[seed].values()):
+            assert_is(batch, k, steps, seed, when, vehicle)

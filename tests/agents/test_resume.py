@@ -8,7 +8,9 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from hhrl_agents import METHODS  # noqa: E402
+from hhrl_agents import METHODS, checkpoints  # noqa: E402
+from hhrl_agents.cast import EGO_ALONE, Cast  # noqa: E402
+from hhrl_agents.frozen import SHIPPED  # noqa: E402
 from hhrl_agents.learners import Learner  # noqa: E402
 from hhrl_agents.methods import Method  # noqa: E402
 from hhrl_agents.progress import TrainableStack  # noqa: E402
@@ -38,8 +40,15 @@ def small(name: str, **values: Any) -> Method:
     return replace(with_values(method, {**SMALL, **values}), **changes)
 
 
+def cast_of(scenario: str) -> Cast:
+    if scenario == "adversary-v0":  # behind it, an ego that remembers
+        return Cast((1,), {0: checkpoints.load(SHIPPED / "hybrid-hrl-plus" / "seed-0.safetensors")})
+    return Cast((0, 1, 2, 3)) if scenario == "platoon-v0" else EGO_ALONE
+
+
 def stack_of(method: Method, scenario: str = "stop-line-v0") -> TrainableStack:
-    return make_learner(method, get_scenario(scenario), (3, 5), np.arange(8, dtype=np.uint64).reshape(2, 4))
+    worlds = np.arange(8, dtype=np.uint64).reshape(2, 4)
+    return make_learner(method, get_scenario(scenario), (3, 5), worlds, cast=cast_of(scenario))
 
 
 def learner_of(method: Method) -> Learner:
@@ -70,10 +79,15 @@ def equal(first: State, second: State) -> None:
         (small("ddqn", replay="prioritised", target_rate=0.1), "stop-line-v0"),
         (small("hybrid-hrl-plus"), "stop-line-noisy-v0"),
         (small("option-only"), "stop-line-v0"),
+        (small("hybrid-hrl-plus"), "platoon-v0"),
+        (small("ddqn-plus"), "adversary-v0"),
         (small("pqn"), "stop-line-v0"),
         (small("pqn", memory=(0.3, 0.05)), "stop-line-noisy-v0"),
     ],
-    ids=["flat", "hierarchical", "multi-step", "prioritised", "plus", "given-actions", "pqn", "pqn-with-memory"],
+    ids=[
+        *("flat", "hierarchical", "multi-step", "prioritised", "plus", "given-actions"),
+        *("shared", "against-an-ego", "pqn", "pqn-with-memory"),
+    ],
 )
 def test_a_fresh_learner_goes_on_to_the_same_bits(method: Method, scenario: str) -> None:
     whole = stack_of(method, scenario)

@@ -15,6 +15,7 @@ ALPHA, BETA, FLOOR = CONFIG.priority_exponent, CONFIG.importance_exponent, CONFI
 SEEDS = (1, 2, 3)
 STORED, SIZE = 50, CONFIG.batch_size
 ALL: IntArray = np.tile(np.arange(STORED), (len(SEEDS), 1))
+HELD: IntArray = np.full(len(SEEDS), STORED)
 BOTH_KINDS = pytest.mark.parametrize(("levels", "trees"), [(1, 1), (2, 1), (2, 2)])
 
 
@@ -22,7 +23,7 @@ def sampler(
     levels: int = 2, trees: int = 2, config: DoubleDQNConfig = CONFIG, seeds: tuple[int, ...] = SEEDS
 ) -> PrioritizedSampler:
     made = PrioritizedSampler(generators(seeds, Purpose.REPLAY), levels, trees, 60, config)
-    made.added(np.arange(STORED))
+    made.added(ALL[: len(seeds)])
     return made
 
 
@@ -92,7 +93,7 @@ def test_the_magnitude_of_errors_runs_along(levels: int, trees: int) -> None:
 def test_importance_weights_undo_the_priorities(levels: int, trees: int) -> None:
     made = sampler(levels, trees)
     made.update(ALL, errors_of(np.random.default_rng(0), levels))
-    draw, held = made.draw(STORED), chances(made)
+    draw, held = made.draw(HELD), chances(made)
     assert draw.indices.shape == (len(SEEDS), trees * SIZE)
     assert len(draw.parts) == len(draw.weights) == levels
     for level in range(levels):
@@ -108,7 +109,7 @@ def test_importance_weights_undo_the_priorities(levels: int, trees: int) -> None
 def test_each_tree_draws_by_its_own_priorities(levels: int, trees: int) -> None:
     made = sampler(levels, trees)
     made.update(ALL, errors_of(np.random.default_rng(0), levels))
-    drawn, held = np.stack([by_tree(made.draw(STORED), trees) for _ in range(600)]), chances(made)
+    drawn, held = np.stack([by_tree(made.draw(HELD), trees) for _ in range(600)]), chances(made)
     for tree in range(trees):
         for e in range(len(SEEDS)):
             counts = np.bincount(drawn[:, e, tree].reshape(-1), minlength=STORED)
@@ -119,7 +120,7 @@ def test_a_draw_takes_one_of_every_stratum() -> None:
     made = sampler()
     made.update(ALL, errors_of(np.random.default_rng(0)))
     ends = chances(made).cumsum(-1)
-    drawn = by_tree(made.draw(STORED), 2)
+    drawn = by_tree(made.draw(HELD), 2)
     for tree in range(2):
         for e in range(len(SEEDS)):
             last = ends[tree, e][drawn[e, tree]]
@@ -135,7 +136,7 @@ def test_new_transitions_get_the_highest_priority(levels: int, trees: int) -> No
     made.update(ALL, errors_of(np.random.default_rng(0), levels))
     highest = leaves(made).max(-1, keepdims=True)
     made.update(ALL, np.full((levels, len(SEEDS), STORED), 1e-3))
-    made.added(np.array([3, 4]))
+    made.added(np.array([[3, 4, -1]] * len(SEEDS)))
     np.testing.assert_array_equal(leaves(made)[..., 3:5], np.broadcast_to(highest, (trees, len(SEEDS), 2)))
 
 
@@ -146,7 +147,7 @@ def test_a_seed_draws_the_same_alone(levels: int, trees: int) -> None:
     alone = sampler(levels, trees, seeds=SEEDS[1:2])
     alone.update(ALL[1:2], errors[:, 1:2])
     for _ in range(3):
-        ours, theirs = together.draw(STORED), alone.draw(STORED)
+        ours, theirs = together.draw(HELD), alone.draw(HELD[1:2])
         np.testing.assert_array_equal(ours.indices[1], theirs.indices[0])
         for weights, others in zip(ours.weights, theirs.weights, strict=True):
             np.testing.assert_array_equal(weights[1], others[0])
@@ -154,7 +155,7 @@ def test_a_seed_draws_the_same_alone(levels: int, trees: int) -> None:
 
 def test_uniform_draws_are_uniform_over_what_is_stored() -> None:
     made = UniformSampler(generators(SEEDS, Purpose.REPLAY), 1, 64)
-    drawn = np.stack([made.draw(STORED).indices for _ in range(300)])
+    drawn = np.stack([made.draw(HELD).indices for _ in range(300)])
     assert drawn.shape == (300, len(SEEDS), 64)
     for e in range(len(SEEDS)):
         counts = np.bincount(drawn[:, e].reshape(-1), minlength=STORED)
@@ -164,7 +165,7 @@ def test_uniform_draws_are_uniform_over_what_is_stored() -> None:
 
 @pytest.mark.parametrize("levels", [1, 2])
 def test_uniform_weights_are_one_and_all_levels_share_the_mini_batch(levels: int) -> None:
-    draw = UniformSampler(generators(SEEDS, Purpose.REPLAY), levels, SIZE).draw(STORED)
+    draw = UniformSampler(generators(SEEDS, Purpose.REPLAY), levels, SIZE).draw(HELD)
     assert draw.parts == [slice(0, SIZE)] * levels
     assert len(draw.weights) == levels
     assert all(weights.shape == (len(SEEDS), 1, SIZE) and (weights == 1.0).all() for weights in draw.weights)
@@ -175,6 +176,6 @@ def test_a_method_s_replay_says_how_many_mini_batches_are_drawn(replay: str, min
     method = replace(METHODS["hybrid-hrl"], config=CONFIG)
     method = type(method).from_data("some", {**method.data(), "replay": replay})
     made = make_sampler(method, generators(SEEDS, Purpose.REPLAY), 2, 60)
-    made.added(np.arange(STORED))
-    assert made.draw(STORED).indices.shape == (len(SEEDS), mini_batches * SIZE)
+    made.added(ALL)
+    assert made.draw(HELD).indices.shape == (len(SEEDS), mini_batches * SIZE)
     assert isinstance(made, UniformSampler) == (replay == "uniform")

@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from hhrl_agents import METHODS
+from hhrl_agents.cast import Cast
 from hhrl_agents.training import make_learner, require_device
 from hhrl_envs import InputError, get_scenario
 
@@ -22,6 +25,20 @@ def test_ppo_stays_on_the_cpu(monkeypatch: pytest.MonkeyPatch) -> None:
     worlds = np.arange(METHODS["ppo"].config.n_envs, dtype=np.uint64)[None]
     with pytest.raises(InputError, match="device is 'cuda'; write cpu"):
         make_learner(METHODS["ppo"], get_scenario("stop-line-v0"), (0,), worlds, device="cuda")
+
+
+@pytest.mark.parametrize("name", ["pqn", "ppo"])
+def test_other_vehicles_than_the_ego_learn_by_double_dqn(name: str) -> None:
+    worlds = np.arange(METHODS[name].config.n_envs, dtype=np.uint64)[None]
+    with pytest.raises(InputError, match=f"method is '{name}'; write one that learns by Double DQN"):
+        make_learner(METHODS[name], get_scenario("platoon-v0"), (0,), worlds, cast=Cast((0, 1, 2, 3)))
+
+
+def test_a_replay_holds_a_step_of_every_vehicle() -> None:
+    few = replace(METHODS["ddqn"], config=replace(METHODS["ddqn"].config, warmup=100, replay_capacity=100))
+    worlds = np.arange(few.config.n_envs, dtype=np.uint64)[None]
+    with pytest.raises(InputError, match="replay_capacity is 100; write at least 128, a step of every vehicle"):
+        make_learner(few, get_scenario("platoon-v0"), (0,), worlds, cast=Cast((0, 1, 2, 3)))
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")

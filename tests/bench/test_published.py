@@ -14,13 +14,18 @@ from hhrl_envs import get_scenario
 from support.command_line import invoke
 
 FOLDER = Path(__file__).parents[2] / "leaderboards"
-FOLLOWER = "follow-only"  # ships as a part of option-only, for no board
+FOR_NO_BOARD = {"follow-only", "adversary", "platoon"}  # a part of option-only, an opponent, a driver of all vehicles
 SCHEMA = FOLDER / "schema.json"
 EACH_BOARD = pytest.mark.parametrize("path", sorted({*FOLDER.glob("*.json")} - {SCHEMA}), ids=lambda path: path.stem)
 
 
 def test_the_published_schema_is_that_of_the_records() -> None:
     assert invoke("leaderboard", "schema").stdout == SCHEMA.read_text()
+
+
+def checkpoints(method: str) -> set[str]:
+    """The SHA-256 of every trained seed that comes with the package."""
+    return {hashlib.sha256(file.read_bytes()).hexdigest() for file in SHIPPED.glob(f"{method}/*.safetensors")}
 
 
 @EACH_BOARD
@@ -37,11 +42,13 @@ def test_a_published_leaderboard_is_of_this_version(path: Path) -> None:
     board = leaderboard.read(path)
     for task in board.tasks:
         assert task.spec_hash == get_scenario(task.scenario).spec_hash
+        if task.opponent:
+            assert task.opponent.checkpoint_sha256 in checkpoints(task.opponent.agent)
 
 
-def test_the_quick_leaderboard_scores_the_shipped_checkpoints() -> None:
-    board = leaderboard.read(FOLDER / "quick.json")
-    files = [file for method in METHODS for file in SHIPPED.glob(f"{method}/*.safetensors") if method != FOLLOWER]
-    shipped = {hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+@pytest.mark.parametrize("name", ["quick", "robustness"])
+def test_a_leaderboard_of_shipped_agents_scores_the_shipped_checkpoints(name: str) -> None:
+    board = leaderboard.read(FOLDER / f"{name}.json")
+    shipped = {sha256 for method in METHODS if method not in FOR_NO_BOARD for sha256 in checkpoints(method)}
     learned = {run.checkpoint_sha256 for result in board.results if result.kind == "learned" for run in result.runs}
     assert learned == shipped

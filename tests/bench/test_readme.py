@@ -41,7 +41,7 @@ def test_quick_commands_run(command: str, tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_documentation_holds_the_commands_it_promises() -> None:
     verbs = {line.split()[1] for line in commands()}
-    assert verbs == {"list", "evaluate", "watch", "run", "leaderboard", "train", "calibrate", "analyse"}
+    assert verbs == {"list", "evaluate", "watch", "run", "leaderboard", "train", "calibrate", "analyse", "robustness"}
 
 
 def test_the_results_table_says_what_the_published_leaderboard_holds() -> None:

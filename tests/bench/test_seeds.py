@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -7,7 +8,7 @@ from hypothesis import strategies as st
 
 from hhrl_bench.errors import SeedError, UnknownTaskError
 from hhrl_bench.seeds import MAX_TRAINING_SEED, SeedRange, consecutive_ranges, format_seeds, parse_seeds
-from hhrl_bench.tasks import TASKS, Task, get_task, get_world
+from hhrl_bench.tasks import SCRIPTED, TASKS, Task, get_task
 from hhrl_envs import SCENARIOS
 from hhrl_envs.errors import InputError
 
@@ -79,15 +80,26 @@ def test_a_task_has_its_id_and_a_registered_scenario(task_id: str) -> None:
     assert get_task(task) is task
 
 
-def test_every_scenario_of_a_single_agent_is_a_task_and_the_others_are_worlds_to_look_at() -> None:
-    others, of_a_level = {"platoon-v0", "adversary-v0"}, {"option-only-v0": "stop-line-v0"}
-    assert set(TASKS) - set(of_a_level) == set(SCENARIOS) - others
+def test_every_scenario_is_a_task() -> None:
+    of_a_level = {"option-only-v0": "stop-line-v0"}
+    assert set(TASKS) - set(of_a_level) == set(SCENARIOS)
     assert {task_id: task.scenario for task_id, task in TASKS.items() if task_id != task.scenario} == of_a_level
-    for world in SCENARIOS:
-        assert get_world(world).scenario == world
-    for world in others:
-        with pytest.raises(UnknownTaskError):
-            get_task(world)
+
+
+@pytest.mark.parametrize("task", TASKS.values(), ids=TASKS)
+def test_a_task_casts_every_learned_front_vehicle_of_its_scenario(task: Task) -> None:
+    scenario = SCENARIOS[task.scenario]
+    assert (task.opponent is not None) == (task.ego is not None) == (scenario.adversary is not None)
+    assert task.shared == bool(scenario.learned_fronts and not scenario.adversary)
+
+
+def test_a_task_with_an_opponent_can_be_played_against_another_one() -> None:
+    task = get_task("adversary-v0")
+    assert task.against(None) is task
+    assert task.against("rule-4") == replace(task, opponent="rule-4")
+    assert task.against(SCRIPTED) == replace(task, opponent=None)
+    with pytest.raises(UnknownTaskError, match="platoon-v0 has no opponent; leave out --opponent"):
+        get_task("platoon-v0").against("rule-4")
 
 
 def test_an_unknown_task_is_told_which_there_are() -> None:

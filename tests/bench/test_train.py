@@ -122,9 +122,9 @@ def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
 def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     learned, validated = [], []
 
-    def watched(method: Method, world: Scenario, seeds: Any, world_seeds: Any, *more: Any) -> Any:
+    def watched(method: Method, world: Scenario, seeds: Any, world_seeds: Any, *others: Any) -> Any:
         learned.append(world_seeds)
-        return make_learner(method, world, seeds, world_seeds, *more)
+        return make_learner(method, world, seeds, world_seeds, *others)
 
     def play(agent: LearnedAgent, scenario: Scenario, seeds: np.ndarray[Any, Any], **kwargs: Any) -> Any:
         validated.append(seeds)

@@ -53,7 +53,8 @@ def test_it_succeeds_where_the_ego_failed_without_need(fronts: int) -> None:
 def test_its_rewards_are_the_documented_ones(fronts: int) -> None:
     tape, reward = recorded("adversary-v0", fronts), SCENARIO.reward
     jerk = np.diff(tape.vehicles[:, :, 1, 2], axis=0) / SCENARIO.dt
-    prizes = {Outcome.SUCCESS: reward.sigma_4, Outcome.FOILED: -reward.sigma_4}
+    lost = (Outcome.FOILED, Outcome.COLLISION)
+    prizes = {Outcome.SUCCESS: reward.sigma_4, **dict.fromkeys(lost, -reward.sigma_4)}
     for row, end in enumerate(tape.ends()[1]):
         for frame in range(1, end + 1):
             outcome = Outcome(tape.outcomes[frame, 1, row])

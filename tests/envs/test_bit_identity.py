@@ -32,7 +32,7 @@ STORIES: dict[tuple[str, int], str] = {
     ("two-stops-v0", 0): "4cb66ec17265ce6c10926f8898e966bef3d2222912549ddad84946c539f7cc1e",
     ("stop-line-v0", 3): "7be215b6eb6b18765d48c510bba19ab0e626cc5d5f233632f0bcc8fd5c9d8beb",
     ("platoon-v0", 3): "ac3a278dc4310a0d63fc4b406532d2b0d67a7753914771ea11a44bf15377922c",
-    ("adversary-v0", 3): "c76474d496d7c90fef15ddb1a27ebc39a0056e0ee89913d69b1b0ba54f338b9f",
+    ("adversary-v0", 3): "8444078697ef547ce2bccd8b0ff3c0297e958c2a2ebd286346373637069af108",
 }
 EACH = pytest.mark.parametrize(("scenario_id", "fronts"), WORLDS)
 

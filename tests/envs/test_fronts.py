@@ -9,6 +9,7 @@ from hhrl_envs import Goal, Outcome, Simulator, get_scenario
 from hhrl_envs.parallel_env import StopLineParallelEnv
 from hhrl_envs.traffic import HARDEST_DECEL
 from hhrl_envs.views import observation_space
+from support.driving import traffic_actions
 from support.recording import LEARNED, Recording, recorded
 from support.reference import Facts, judge, rewards
 
@@ -190,3 +191,16 @@ def test_whoever_is_struck_while_it_stands_is_not_at_fault() -> None:
     assert infos["ego"]["outcome"] == Outcome.COLLISION
     assert infos["front_1"]["outcome"] == Outcome.REAR_ENDED
     assert env.agents == []
+
+
+@EACH
+def test_an_agent_s_terms_add_up_to_its_task_reward(scenario_id: str, fronts: int) -> None:
+    tape = recorded(scenario_id, fronts)
+    np.testing.assert_allclose(tape.terms.sum(axis=-1), tape.rewards, atol=1e-9)
+    simulator = Simulator(scenario_id, 5, learned_fronts=fronts)
+    simulator.reset(np.arange(5))
+    for actions in traffic_actions(simulator, 0, 200):
+        simulator.step(actions)
+    each = [simulator.of_agent(agent).outcomes for agent in range(1 + fronts)]
+    np.testing.assert_array_equal(simulator.agent_outcomes, np.stack(each, axis=1))
+    np.testing.assert_array_equal(simulator.of_agent(0).terms, simulator.terms)

@@ -17,7 +17,7 @@ GOLDEN = {
     "stop-and-go-v0": "baf5be4dc3a3ac2c2fff7b151e07b54668bdf2000a7f34389a8eb8cb2740c15b",
     "two-stops-v0": "f1fd779b5666d2e7d6afd4413b50e74fbf28f41dcc539feea7fd7c1dc5907135",
     "platoon-v0": "2ae0897903114ad7f276bdde4212777d7608ae52904999d1f7fcaef96be59ebf",
-    "adversary-v0": "42e226f3c5590052500cec4b62c7aa312cd1f071204405bcb4364da53ec4911e",
+    "adversary-v0": "5b1a8a7eeecf015ec72d62300768afe8997d1e4bde4abc782b6c44e049f39624",
 }
 
 

@@ -34,6 +34,7 @@ class Recording:
     reward_option: NDArray[np.float64]
     reward_action: NDArray[np.float64]
     outcomes: NDArray[np.int8]
+    terms: NDArray[np.float64]
     feasible: NDArray[np.bool_]
     steps: NDArray[np.int64]
 

@@ -1,0 +1,120 @@
+"""Stacked environments of several agents against a simulator that is stepped by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hhrl_agents import METHODS, RULES
+from hhrl_agents.base import NO_ACTION, BoolArray
+from hhrl_agents.cast import EGO_ALONE, Cast
+from hhrl_agents.memory import Traces
+from hhrl_agents.methods import Method
+from hhrl_agents.replay import Transitions
+from hhrl_agents.stacked_environments import StackedEnvironments
+from hhrl_envs import InputError, Outcome, Simulator, get_scenario
+from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
+
+N_ENVS, SEEDS, STEPS = 6, 2, 700
+CASTS = {"platoon-v0": (0, 1, 2, 3), "adversary-v0": (1,)}
+EACH_CAST = pytest.mark.parametrize("scenario", CASTS)
+
+
+def method() -> Method:
+    base = METHODS["ddqn-plus"]
+    return replace(base, config=replace(base.config, n_envs=N_ENVS))
+
+
+def cast_of(scenario: str) -> Cast:
+    if scenario == "platoon-v0":
+        return Cast(CASTS[scenario])
+    return Cast(CASTS[scenario], {0: RULES["rule-plus"](get_scenario(scenario))})
+
+
+def made(scenario: str) -> StackedEnvironments:
+    worlds = np.arange(SEEDS * N_ENVS, dtype=np.uint64).reshape(SEEDS, N_ENVS)
+    return StackedEnvironments(method(), get_scenario(scenario), SEEDS, worlds, cast_of(scenario))
+
+
+def driven(environments: StackedEnvironments, steps: int = STEPS) -> list[tuple[Transitions, BoolArray]]:
+    """Steps in which every vehicle drives at random, but for a brake now and then that lets some of them stop."""
+    rng, played = np.random.default_rng(1), []
+    for _ in range(steps):
+        state = environments.features
+        near = state[..., 9] * 64 < 4.0
+        crowded = state[..., 6] * 64 < 2.0
+        wild = rng.integers(0, 6, near.shape)
+        careful = np.where(near | crowded, 1, 4)
+        actions = np.where(rng.random(near.shape) < 0.15, wild, careful)
+        played.append(environments.step(np.full_like(actions, -1), actions))
+    return played
+
+
+@EACH_CAST
+def test_transitions_are_those_of_the_worlds_driven_by_hand(scenario: str) -> None:
+    environments, slots = made(scenario), CASTS[scenario]
+    config, cast, rows = method().config, cast_of(scenario), SEEDS * N_ENVS
+    simulator = Simulator(scenario, rows, learned_fronts=1 if scenario == "adversary-v0" else 3)
+    simulator.reset(np.arange(rows))
+    traces = [Traces(config.memory) for _ in slots]
+    seen = [
+        trace.observe(simulator.of_agent(slot).observations.copy()) for trace, slot in zip(traces, slots, strict=True)
+    ]
+    ended, waits = np.zeros((rows, len(slots)), np.bool_), 0
+    for step, over in driven(environments):
+        given = step.actions.reshape(rows, len(slots))
+        np.testing.assert_array_equal(given == NO_ACTION, ended)
+        waits += int(ended.sum())
+        actions = np.where(given == NO_ACTION, 0, given)
+        ego = [] if slots[0] == 0 else [cast.partners[0].act(simulator.observations.copy()).action[:, None]]
+        simulator.step(np.concatenate([*ego, actions], axis=1))
+        before = ended
+        ended = np.stack([simulator.of_agent(slot).outcomes != Outcome.RUNNING for slot in slots], axis=1)
+        np.testing.assert_array_equal(over.reshape(rows, -1), ended)
+        for k, slot in enumerate(slots):
+            own, live = simulator.of_agent(slot), ~before[:, k]
+            task = own.rewards - own.terms[:, TIMEOUT] - (1 - config.jerk_weight) * own.terms[:, UNSMOOTH]
+            goes_on = (own.outcomes == Outcome.RUNNING) | (own.outcomes == Outcome.TIMEOUT)
+            rewards = step.rewards.reshape(rows, len(slots), 2)[live, k]
+            np.testing.assert_allclose(rewards, np.stack([task, task], 1)[live] * config.reward_scale, atol=1e-12)
+            discounts = step.discounts.reshape(rows, -1)[live, k]
+            np.testing.assert_array_equal(discounts, np.where(goes_on, config.gamma, 0.0)[live])
+            np.testing.assert_array_equal(step.observations.reshape(rows, len(slots), -1)[:, k], seen[k])
+            seen[k] = traces[k].observe(own.observations.copy())
+            np.testing.assert_array_equal(step.next_observations.reshape(rows, len(slots), -1)[:, k], seen[k])
+        begun: BoolArray = np.all(ended, axis=1, keepdims=False)
+        simulator.next_episode(begun)
+        for k, slot in enumerate(slots):
+            traces[k].begin(begun)
+            seen[k] = traces[k].observe(simulator.of_agent(slot).observations.copy(), begun)
+        ended = ended & ~begun[:, None]
+    assert waits > 0 or len(slots) == 1
+
+
+@EACH_CAST
+def test_every_vehicle_s_episode_is_counted_once(scenario: str) -> None:
+    environments = made(scenario)
+    played = driven(environments)
+    running = np.stack([step.actions != NO_ACTION for step, _ in played])
+    ended = np.stack([over for _, over in played]) & running
+    np.testing.assert_array_equal(environments.outcome_counts.sum(axis=1), ended.sum(axis=(0, 2)))
+    assert environments.outcome_counts.sum() > 2 * environments.width
+    environments.clear_counts()
+    assert not environments.outcome_counts.any()
+
+
+def test_a_seed_steps_the_same_alone() -> None:
+    together = made("platoon-v0")
+    worlds = np.arange(N_ENVS, 2 * N_ENVS, dtype=np.uint64)[None]
+    alone = StackedEnvironments(method(), get_scenario("platoon-v0"), 1, worlds, cast_of("platoon-v0"))
+    for _ in range(200):
+        actions = np.random.default_rng(0).integers(2, 6, (SEEDS, together.width))
+        ours, theirs = together.step(actions, actions)[0], alone.step(actions[1:], actions[1:])[0]
+        for field in Transitions._fields:
+            np.testing.assert_array_equal(getattr(ours, field)[1], getattr(theirs, field)[0])
+
+
+def test_worlds_of_another_shape_are_refused() -> None:
+    worlds = np.zeros((1, 4), np.uint64)
+    with pytest.raises(InputError, match=r"world_seeds have shape \(1, 4\); write \(2, 6\)"):
+        StackedEnvironments(method(), get_scenario("stop-line-v0"), SEEDS, worlds, EGO_ALONE)
