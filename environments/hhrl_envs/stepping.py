@@ -32,9 +32,9 @@ def aim(m: Floats, c: Floats, actions: Ints, levels: Floats) -> int:
             return int(agent * rows + first_wrong(actions[agent], levels.size))
     for agent in range(agents):
         for first in range(0, rows, at.LANES):
-            a = locate(unsigned(first // at.LANES), c)[1] + unsigned(agent) * at.AGENT + at.TARGET
+            target = locate(unsigned(first // at.LANES), c)[0] + unsigned(agent) * at.VEHICLE + at.TARGET
             for i in range(min(at.LANES, rows - first)):
-                m[a + unsigned(i)] = levels[actions[agent, first + i]]
+                m[target + unsigned(i)] = levels[actions[agent, first + i]]
     return -1
 
 
@@ -48,7 +48,7 @@ def first_wrong(actions: Ints, levels: int) -> int:
 
 
 @spliced
-def prepare(m: Floats, a: int, r: int, c: Floats, lanes: int) -> None:
+def prepare(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     """Note who is running, count the steps of rows where somebody is, and call the others WAITING.
 
     Agents that are not running brake fully.
@@ -57,7 +57,7 @@ def prepare(m: Floats, a: int, r: int, c: Floats, lanes: int) -> None:
     for i in range(lanes):
         m[r + at.RUNNING + i] = 0.0
     for agent in range(unsigned(c[at.AGENTS])):
-        own = a + agent * at.AGENT
+        own = s + agent * at.VEHICLE
         for i in range(lanes):
             live = 1.0 if m[own + at.OUTCOME + i] == RUNNING else 0.0
             m[own + at.LIVE + i] = live
@@ -77,20 +77,20 @@ def drive_traffic(m: Floats, s: int, c: Floats, lanes: int) -> None:
 
 
 @spliced
-def judge_all(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
+def judge_all(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     """Write what every agent measures, and its outcome."""
     for agent in range(unsigned(c[at.AGENTS])):
-        here, own = s + agent * at.VEHICLE, a + agent * at.AGENT
-        measure(m, here, own, c, lanes)
-        judge(m, here, here - at.VEHICLE if agent > 0 else here, own, r, c, lanes)
+        own = s + agent * at.VEHICLE
+        measure(m, own, c, lanes)
+        judge(m, own, own - at.VEHICLE if agent > 0 else own, r, c, lanes)
 
 
 @spliced
-def hand_out(m: Floats, a: int, observations: Floats32, results: Floats, first: int, lanes: int) -> int:
+def hand_out(m: Floats, s: int, observations: Floats32, results: Floats, first: int, lanes: int) -> int:
     """Write what every agent gets to the rows from ``first``, and return how many agents have ended."""
     ended = 0
     for agent in range(unsigned(observations.shape[1])):
-        own = a + agent * at.AGENT
+        own = s + agent * at.VEHICLE
         observe(m, own, observations, agent, first, lanes)
         for field in range(results.shape[0]):
             place = own + at.RESULTS + unsigned(field * at.STRIDE)
@@ -115,27 +115,27 @@ def advance_rows(
     """
     ended, rows = 0, unsigned(observations.shape[2])
     for block in range(unsigned(low), unsigned(high)):
-        s, a, r = locate(block, c)
+        s, r = locate(block, c)
         first = block * unsigned(at.LANES)
         lanes = min(unsigned(at.LANES), rows - first)
         if parts & MOVE:
-            prepare(m, a, r, c, lanes)
+            prepare(m, s, r, c, lanes)
             if special is not None:
-                switch_lines(m, s, a, r, c, lanes)
+                switch_lines(m, s, r, c, lanes)
             drive_traffic(m, s, c, lanes)
             if special is not None:
-                drive_fronts(m, s, a, c, lanes)
-            drive_agent(m, s, a, c, lanes)
+                drive_fronts(m, s, c, lanes)
+            drive_agent(m, s, c, lanes)
             if special is not None:
                 keep_band(m, s, r, c, lanes)
-                drive_shadow(m, s, a, r, c, lanes)
+                drive_shadow(m, s, r, c, lanes)
         if parts & SHOW:
-            judge_all(m, s, a, r, c, lanes)
+            judge_all(m, s, r, c, lanes)
             if special is not None:
-                judge_adversary(m, a, r, c, lanes)
+                judge_adversary(m, s, r, c, lanes)
             for agent in range(unsigned(c[at.AGENTS])):
-                reward(m, a + agent * at.AGENT, c, lanes)
+                reward(m, s + agent * at.VEHICLE, c, lanes)
             if special is not None:
-                reward_adversary(m, a, c, lanes)
-            ended += hand_out(m, a, observations, results, first, lanes)
+                reward_adversary(m, s, c, lanes)
+            ended += hand_out(m, s, observations, results, first, lanes)
     return ended
