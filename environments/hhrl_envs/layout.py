@@ -44,12 +44,12 @@ TARGET, LIVE, FRESH = _fields(3, 27)
 # What it measures, in the order of Eq. (state); see ``observation``.
 V_E, A_E, J_E, D_F, V_F, A_F, D_FC, FC_RATIO, D_D, D_DC, DC_RATIO = _fields(11, 30)
 MEASURED = V_E
-# The signed terms of its reward; then what a step hands out: r^task, r^option and r^action of every option, and its
-# outcome.
+# The signed terms of its reward; then r^task, r^option and r^action of every option; and its outcome.
 TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = _fields(8, 41)
 TERMS, TERMS_SIZE = TIME, 8
-TASK, OPTION_SSL, OPTION_FFV, ACTION_SSL, ACTION_FFV, OUTCOME = _fields(6, 49)
-RESULTS, RESULTS_SIZE = TASK, 6
+TASK, OPTION_SSL, OPTION_FFV, ACTION_SSL, ACTION_FFV = _fields(5, 49)
+RESULTS, RESULTS_SIZE = TASK, 5
+(OUTCOME,) = _fields(1, 54)
 (VEHICLE,) = _fields(1, 55)
 
 # What holds for a whole row: the time of the green light, steps within the band, steps done, whether an agent is

@@ -72,6 +72,7 @@ class Simulator:
         shape = (self.num_agents, num_rows)
         self._observations = Spares((observation.SIZE, *shape), np.float32)
         self._results = Spares((at.RESULTS_SIZE, *shape), np.float64)
+        self._codes = Spares((3, *shape), np.int8)
         self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
@@ -113,8 +114,22 @@ class Simulator:
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
         self._require_reset()
-        outcomes: Codes = self.raw_results[5, 0].astype(np.int8)
+        outcomes: Codes = self.raw_codes[0, 0]
         return outcomes
+
+    @property
+    def terminations(self) -> Flags:
+        """Whether the episode has ended in an outcome of its own, bool [B]."""
+        self._require_reset()
+        terminations: Flags = self.raw_codes[1, 0].view(np.bool_)
+        return terminations
+
+    @property
+    def truncations(self) -> Flags:
+        """Whether the episode was cut off by the time limit, bool [B]."""
+        self._require_reset()
+        truncations: Flags = self.raw_codes[2, 0].view(np.bool_)
+        return truncations
 
     @property
     def steps(self) -> Ints:
@@ -134,8 +149,7 @@ class Simulator:
         """Return the results of one agent: 0 is the ego, k the learned front vehicle in slot k."""
         self._require_reset()
         _require_index("agent", agent, self.num_agents)
-        results = self.raw_results[:, agent]
-        outcomes = results[5].astype(np.int8)
+        results, outcomes = self.raw_results[:, agent], self.raw_codes[0, agent]
         return Results(self.raw_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes)
 
     def reset(self, seeds: ArrayLike) -> None:
@@ -149,7 +163,7 @@ class Simulator:
         """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""
         self._require_reset()
         if self._ended:
-            self.next_episode((self.raw_results[5] != RUNNING).all(axis=0))
+            self.next_episode((self.raw_codes[0] != RUNNING).all(axis=0))
 
     def next_episode(self, chosen: Flags | None = None) -> None:
         """Put the chosen rows, bool [B], at the start of the next episode of their seeds; None chooses all."""
@@ -217,7 +231,7 @@ class Simulator:
     def state(self) -> State:
         """Return all that the next steps depend on; see ``restore``."""
         self._require_reset()
-        arrays = self._arrays(self.raw_observations, self.raw_results)
+        arrays = self._arrays(self.raw_observations, self.raw_results, self.raw_codes)
         return {**{name: array.copy() for name, array in arrays.items()}, "ended": count(self._ended)}
 
     def restore(self, state: State) -> None:
@@ -226,15 +240,15 @@ class Simulator:
         Raises:
             InputError: if it is the state of something else.
         """
-        observations, results = self._observations.take(), self._results.take()
-        for name, array in self._arrays(observations, results).items():
+        observations, results, codes = self._observations.take(), self._results.take(), self._codes.take()
+        for name, array in self._arrays(observations, results, codes).items():
             array[...] = read(state, name, array)
-        self.raw_observations, self.raw_results = observations, results
+        self.raw_observations, self.raw_results, self.raw_codes = observations, results, codes
         self._ended, self._ready = read_count(state, "ended"), True
 
-    def _arrays(self, observations: Floats32, results: Floats) -> State:
+    def _arrays(self, observations: Floats32, results: Floats, codes: Codes) -> State:
         own = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
-        return {**own, "observations": observations, "results": results}
+        return {**own, "observations": observations, "results": results, "codes": codes}
 
     def _vehicles(self, row: int) -> Floats:
         self._require_reset()
@@ -242,17 +256,22 @@ class Simulator:
         return self._memory.vehicles(row)
 
     def _show(self, moving: bool) -> None:
-        """Hand out fresh results: ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [6, A, B]."""
+        """Hand out fresh results as ``stepping.advance_rows`` writes them.
+
+        They are ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [5, A, B], and ``raw_codes``, int8
+        [3, A, B].
+        """
         self.raw_observations, self.raw_results = self._observations.take(), self._results.take()
+        self.raw_codes = self._codes.take()
         self._run(MOVE_AND_SHOW if moving else SHOW)
 
     def _run(self, parts: int) -> None:
         numbers, c, special = self._numbers, self._constants, self._special
-        observations, results = self.raw_observations, self.raw_results
+        observations, results, codes = self.raw_observations, self.raw_results, self.raw_codes
         if self._pool is None:
-            self._ended = advance_rows(numbers, c, observations, results, parts, special, 0, self._blocks)
+            self._ended = advance_rows(numbers, c, observations, results, codes, parts, special, 0, self._blocks)
         else:
-            self._ended = self._each_slice(advance_rows, observations, results, parts, special)
+            self._ended = self._each_slice(advance_rows, observations, results, codes, parts, special)
         if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, self._keys, self._history, self.num_rows)
 

@@ -2,13 +2,13 @@
 
 from hhrl_envs import layout as at
 from hhrl_envs.blocks import locate
-from hhrl_envs.compiled import Floats, Floats32, Ints, inner, kernel, spliced, unsigned
+from hhrl_envs.compiled import Codes, Floats, Floats32, Ints, inner, kernel, spliced, unsigned
 from hhrl_envs.dynamics import drive_agent
 from hhrl_envs.feasibility import drive_shadow
 from hhrl_envs.fronts import drive_fronts, judge_adversary, reward_adversary
 from hhrl_envs.goals import keep_band, switch_lines
 from hhrl_envs.observation import observe
-from hhrl_envs.outcomes import RUNNING, judge
+from hhrl_envs.outcomes import RUNNING, TIMEOUT, judge
 from hhrl_envs.rewards import reward
 from hhrl_envs.sensing import measure
 from hhrl_envs.traffic import drive_slot
@@ -59,9 +59,10 @@ def prepare(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     for agent in range(unsigned(c[at.AGENTS])):
         own = s + agent * at.VEHICLE
         for i in range(lanes):
-            live = 1.0 if m[own + at.OUTCOME + i] == RUNNING else 0.0
+            target, runs = m[own + at.TARGET + i], m[own + at.OUTCOME + i] == RUNNING
+            live = 1.0 if runs else 0.0
             m[own + at.LIVE + i] = live
-            m[own + at.TARGET + i] = m[own + at.TARGET + i] if live != 0.0 else brake
+            m[own + at.TARGET + i] = target if runs else brake
             m[r + at.RUNNING + i] = max(m[r + at.RUNNING + i], live)
     for i in range(lanes):
         m[r + at.STEPS + i] += m[r + at.RUNNING + i]
@@ -86,7 +87,7 @@ def judge_all(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
 
 
 @spliced
-def hand_out(m: Floats, s: int, observations: Floats32, results: Floats, first: int, lanes: int) -> int:
+def hand_out(m: Floats, s: int, observations: Floats32, results: Floats, codes: Codes, first: int, lanes: int) -> int:
     """Write what every agent gets to the rows from ``first``, and return how many agents have ended."""
     ended = 0
     for agent in range(unsigned(observations.shape[1])):
@@ -97,21 +98,27 @@ def hand_out(m: Floats, s: int, observations: Floats32, results: Floats, first: 
             for i in range(lanes):
                 results[field, agent, first + i] = m[place + i]
         for i in range(lanes):
-            ended += m[own + at.OUTCOME + i] != RUNNING
+            outcome = m[own + at.OUTCOME + i]
+            over, late = outcome != RUNNING, outcome == TIMEOUT
+            codes[0, agent, first + i] = int(outcome)
+            codes[1, agent, first + i] = over & (not late)
+            codes[2, agent, first + i] = late
+            ended += over
     return ended
 
 
 @kernel
 def advance_rows(
-    m: Floats, c: Floats, observations: Floats32, results: Floats,
+    m: Floats, c: Floats, observations: Floats32, results: Floats, codes: Codes,
     parts: int, special: bool | None, low: int, high: int,
 ) -> int:  # fmt: skip
     """Advance the blocks from low to high by one step, or by the parts of it that are asked for.
 
-    ``observations`` are float32 [11, agent, row], ``results`` float64 [RESULTS_SIZE, agent, row]. ``special`` is None
-    for an ego alone that has to stop at one line, so that what other scenarios need is not even compiled. Return how
-    many agents have ended, if that is SHOWn. Those that had ended before keep their outcome and earn nothing. To SHOW
-    a step again changes nothing.
+    ``observations`` are float32 [11, agent, row], ``results`` float64 [RESULTS_SIZE, agent, row], ``codes`` int8
+    [3, agent, row]: the outcome, whether it terminated the episode, whether it truncated it. ``special`` is None for an
+    ego alone that has to stop at one line, so that what other scenarios need is not even compiled. Return how many
+    agents have ended, if that is SHOWn. Those that had ended before keep their outcome and earn nothing. To SHOW a step
+    again changes nothing.
     """
     ended, rows = 0, unsigned(observations.shape[2])
     for block in range(unsigned(low), unsigned(high)):
@@ -137,5 +144,5 @@ def advance_rows(
                 reward(m, s + agent * at.VEHICLE, c, lanes)
             if special is not None:
                 reward_adversary(m, s, c, lanes)
-            ended += hand_out(m, s, observations, results, first, lanes)
+            ended += hand_out(m, s, observations, results, codes, first, lanes)
     return ended

@@ -59,7 +59,7 @@ def safe_speed(v: float, gap: float, v_leader: float, dt: float, hardest: float)
     ``(v + w) dt / 2 + w^2 / (2 b) <= gap + v_leader^2 / (2 b)`` for w.
     """
     half = 0.5 * hardest * dt
-    room = 2.0 * hardest * (gap - GUARD_MARGIN - 0.5 * v * dt) + v_leader * v_leader
+    room = 2.0 * hardest * (gap - GUARD_MARGIN - v * (0.5 * dt)) + v_leader * v_leader
     return sqrt(max(half * half + room, 0.0)) - half
 
 
@@ -88,7 +88,7 @@ def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
     next line becomes active.
     """
     dt, per_dt, length, last = c[at.DT], c[at.PER_DT], c[at.LENGTH], c[at.LAST_LINE]
-    hardest = min(HARDEST_DECEL, c[at.GRIP])
+    half_step, hardest = 0.5 * dt, min(HARDEST_DECEL, c[at.GRIP])
     leader = s + at.VEHICLE
     for i in range(lanes):
         x, v, standing = m[s + at.POSITION + i], m[s + at.SPEED + i], m[s + at.STANDING + i]
@@ -115,7 +115,7 @@ def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
         moved = min(v + a * dt, safe_speed(v, gap, v_leader, dt, hardest))
         stands = moved < STANDSTILL
         moved = 0.0 if stands else moved
-        x = x + 0.5 * (v + moved) * dt
+        x = x + (v + moved) * half_step
         m[s + at.POSITION + i] = x
         m[s + at.SPEED + i] = moved
         m[s + at.ACCEL + i] = (moved - v) * per_dt

@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 from hhrl_envs.actions import driver
 from hhrl_envs.arguments import as_count, as_scenario, as_seeds
 from hhrl_envs.errors import InputError
-from hhrl_envs.outcomes import Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.simulator import Simulator
 from hhrl_envs.views import Info, observation_space
-
-RUNNING, TIMEOUT = int(Outcome.RUNNING), int(Outcome.TIMEOUT)
 
 Batch = tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]
 
@@ -71,12 +68,9 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""
         simulator = self.simulator
         simulator.step(self._actions.batch(actions, self.num_envs), autoreset=True)
-        outcomes = simulator.outcomes
-        truncations = outcomes == TIMEOUT
         infos = {
             "reward_option": simulator.reward_option,
             "reward_action": simulator.reward_action,
-            "outcome": outcomes,
+            "outcome": simulator.outcomes,
         }
-        terminations = (outcomes != RUNNING) ^ truncations
-        return simulator.observations, simulator.rewards, terminations, truncations, infos
+        return simulator.observations, simulator.rewards, simulator.terminations, simulator.truncations, infos
