@@ -39,25 +39,15 @@ def begin_agents(m: Floats, s: int, r: int, c: Floats) -> None:
         m[s + agent * at.VEHICLE + at.LIVE] = 0.0
 
 
-@kernel
-def begin_rows(
-    m: Floats, c: Floats, keys: Keys, counts: Floats, families: Floats,
-    rows: int, special: bool | None, low: int, high: int,
-) -> int:  # fmt: skip
-    """Begin the episodes that are due in the blocks from low to high and return how many of them are still OPEN.
-
-    For ``special`` see ``stepping.advance_rows``.
-    """
+@spliced
+def begin(m: Floats, s: int, r: int, keys: Keys, first: int, c: Floats, special: bool | None, lanes: int) -> int:
+    """Go on with the episodes that are due in a block, whose rows begin at ``first``, and return how many are OPEN."""
     still_open = 0
-    for block in range(unsigned(low), unsigned(high)):
-        s, r = locate(block, c)
-        first = block * unsigned(at.LANES)
-        lanes = min(unsigned(at.LANES), unsigned(rows) - first)
-        i = next_due(m, r, unsigned(0), lanes)
-        while i < lanes:
-            begin_row(m, s + i, r + i, keys, first + i, c, counts, families, special)
-            still_open += m[r + at.STATUS + i] == OPEN
-            i = next_due(m, r, i + unsigned(1), lanes)
+    i = next_due(m, r, unsigned(0), lanes)
+    while i < lanes:
+        begin_row(m, s + i, r + i, keys, first + i, c, special)
+        still_open += m[r + at.STATUS + i] == OPEN
+        i = next_due(m, r, i + unsigned(1), lanes)
     return still_open
 
 
@@ -70,16 +60,14 @@ def next_due(m: Floats, r: int, lane: int, lanes: int) -> int:
 
 
 @inner
-def begin_row(
-    m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, counts: Floats, families: Floats, special: bool | None
-) -> None:
+def begin_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, special: bool | None) -> None:
     """Go on with the beginning of one row, whose records plus its lane are ``s`` and ``r``, as far as it can be."""
     if m[r + at.STATUS] == WAITING:
         keys[EPISODE, row] += np.uint64(1)
         m[r + at.ATTEMPT] = 0.0
     if m[r + at.STATUS] <= TO_DRAW:
         world = stream(keys[SEED, row], keys[EPISODE, row], unsigned(m[r + at.ATTEMPT]), WORLD)
-        fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, counts, families, special)
+        fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, special)
         settle_row(m, s, r, fronts, c)
         if special is not None:
             begin_shadow(m, s, r)

@@ -74,5 +74,7 @@ FEASIBLE_ONLY, SLOTS, AGENTS = range(45, 48)
 ADVERSARY, HARDEST_BRAKE, PATIENCE, THROTTLE = range(48, 52)
 GOAL_PLACE, FARTHEST = range(52, 54)  # what a front vehicle must leave free; what full braking must not pass
 CONSTANTS_SIZE = 54
+# Behind them: the cumulative shares of 0, 1, 2, ... front vehicles, then the table of the profile families, row by row.
+COUNTS = CONSTANTS_SIZE
 
 FAR = 1.0e6  # m; where absent vehicles drive and where a line stands that does not exist

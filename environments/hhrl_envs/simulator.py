@@ -6,7 +6,6 @@ whoever else is in it.
 """
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -15,8 +14,9 @@ from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
 from hhrl_envs import observation
+from hhrl_envs.advancing import BEGIN, MOVE, SHOW, advance_rows
 from hhrl_envs.arguments import as_count, as_learned_fronts, as_scenario
-from hhrl_envs.beginning import BEGUN, EPISODE, SEED, begin_rows, decide_rows
+from hhrl_envs.beginning import BEGUN, EPISODE, SEED, decide_rows
 from hhrl_envs.blurring import blur_rows
 from hhrl_envs.compiled import Codes, Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.errors import InputError, require_value
@@ -27,8 +27,9 @@ from hhrl_envs.scenario import Scenario
 from hhrl_envs.sensing import BASE
 from hhrl_envs.spares import Spares
 from hhrl_envs.state import State, count, read, read_count
-from hhrl_envs.stepping import MOVE, MOVE_AND_SHOW, SHOW, WAITING, advance_rows, aim
+from hhrl_envs.stepping import WAITING, aim
 from hhrl_envs.validation import is_integer
+from hhrl_envs.workers import Workers
 
 MAX_ATTEMPTS = 1000
 
@@ -68,13 +69,12 @@ class Simulator:
         self._numbers, self._constants = self._memory.numbers, scenario.constants(self.num_agents)
         self._targets = [self._memory.target(agent) for agent in range(self.num_agents)]
         self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
-        self._tables = (scenario.cumulative_counts(), scenario.family_table())
         shape = (self.num_agents, num_rows)
         self._observations = Spares((observation.SIZE, *shape), np.float32)
         self._results = Spares((at.RESULTS_SIZE, *shape), np.float64)
         self._codes = Spares((3, *shape), np.int8)
         self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
-        self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+        self._workers = Workers(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
         self._special = True if learned_fronts or not scenario.plain else None
@@ -175,8 +175,7 @@ class Simulator:
             if not chosen.any():
                 return
             self._memory.write_row(at.STATUS, np.where(chosen, WAITING, BEGUN))
-        self._begin()
-        self._show(moving=False)
+        self._show(BEGIN | SHOW)
 
     def step(self, actions: ArrayLike, *, autoreset: bool = False) -> None:
         """Advance every running row by one step.
@@ -187,12 +186,7 @@ class Simulator:
         """
         self._require_reset()
         self._aim(np.asarray(actions))
-        if autoreset and self._ended:
-            self._run(MOVE)
-            self._begin()
-            self._show(moving=False)
-        else:
-            self._show(moving=True)
+        self._show(MOVE | BEGIN | SHOW if autoreset and self._ended else MOVE | SHOW)
 
     def step_row(self, accelerations: dict[int, float]) -> None:
         """Advance a simulator of one row by one step; ``accelerations`` are the targets of its agents, not checked.
@@ -201,7 +195,7 @@ class Simulator:
         """
         for agent, acceleration in accelerations.items():
             self._numbers[self._targets[agent]] = acceleration
-        self._run(MOVE_AND_SHOW)
+        self._run(MOVE | SHOW)
 
     def vehicles(self, row: int) -> Floats:
         """Return position [m], speed [m/s], acceleration [m/s^2] of the vehicles of one row, float64 [V, 3].
@@ -255,40 +249,40 @@ class Simulator:
         _require_index("row", row, self.num_rows)
         return self._memory.vehicles(row)
 
-    def _show(self, moving: bool) -> None:
-        """Hand out fresh results as ``stepping.advance_rows`` writes them.
+    def _show(self, parts: int) -> None:
+        """Do these parts of a step and hand out fresh results.
 
         They are ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [5, A, B], and ``raw_codes``, int8
-        [3, A, B].
+        [3, A, B]; see ``advancing``.
         """
         self.raw_observations, self.raw_results = self._observations.take(), self._results.take()
         self.raw_codes = self._codes.take()
-        self._run(MOVE_AND_SHOW if moving else SHOW)
-
-    def _run(self, parts: int) -> None:
-        numbers, c, special = self._numbers, self._constants, self._special
-        observations, results, codes = self.raw_observations, self.raw_results, self.raw_codes
-        if self._pool is None:
-            self._ended = advance_rows(numbers, c, observations, results, codes, parts, special, 0, self._blocks)
-        else:
-            self._ended = self._each_slice(advance_rows, observations, results, codes, parts, special)
-        if self._noisy and parts & SHOW:
-            self._each_slice(blur_rows, observations, self._keys, self._history, self.num_rows)
-
-    def _begin(self) -> None:
         for _ in range(MAX_ATTEMPTS):
-            if not self._each_slice(begin_rows, self._keys, *self._tables, self.num_rows, self._special):
+            if not self._run(parts):
                 return
             self._each_slice(decide_rows, self.num_rows)
+            parts = BEGIN | SHOW
         hint = "widen its gaps, lengthen its horizon or set feasible_only=False"
         raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
 
-    def _each_slice(self, kernel: Callable[..., int | None], *arguments: object) -> int:
-        if self._pool is None:
-            return kernel(self._numbers, self._constants, *arguments, *self._slices[0]) or 0
-        own, *others = ((self._numbers, self._constants, *arguments, *part) for part in self._slices)
-        parts = [self._pool.submit(kernel, *other) for other in others]
-        return (kernel(*own) or 0) + sum(part.result() or 0 for part in parts)
+    def _run(self, parts: int) -> int:
+        """Do these parts of a step and return how many rows cannot begin yet, because their worlds are OPEN."""
+        numbers, c, keys, special = self._numbers, self._constants, self._keys, self._special
+        observations, results, codes = self.raw_observations, self.raw_results, self.raw_codes
+        if self._workers is None:
+            told = advance_rows(numbers, c, keys, observations, results, codes, parts, special, 0, self._blocks)
+            self._ended, still_open = told
+        else:
+            every = self._each_slice(advance_rows, keys, observations, results, codes, parts, special)
+            self._ended, still_open = (sum(counts) for counts in zip(*every, strict=True))
+        if self._noisy and parts & SHOW:
+            self._each_slice(blur_rows, observations, keys, self._history, self.num_rows)
+        return still_open
+
+    def _each_slice(self, kernel: Callable[..., Any], *arguments: object) -> list[Any]:
+        """Return what a kernel returns for every slice of the rows, each of them run by a thread of its own."""
+        calls = [(self._numbers, self._constants, *arguments, *part) for part in self._slices]
+        return [kernel(*calls[0])] if self._workers is None else self._workers.run(kernel, calls)
 
     def _aim(self, given: Floats | Ints) -> None:
         wanted = (self.num_rows,) if self.num_agents == 1 else (self.num_rows, self.num_agents)

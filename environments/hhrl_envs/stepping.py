@@ -1,4 +1,4 @@
-"""One step of a batch, in its visible order."""
+"""One step of a block of rows, in its visible order."""
 
 from hhrl_envs import layout as at
 from hhrl_envs.blocks import locate
@@ -14,7 +14,6 @@ from hhrl_envs.sensing import measure
 from hhrl_envs.traffic import drive_slot
 
 WAITING = 1.0  # in STATUS: the row's episode is over, the next one is due
-MOVE, SHOW, MOVE_AND_SHOW = 1, 2, 3  # parts of a step
 
 
 @kernel
@@ -107,42 +106,28 @@ def hand_out(m: Floats, s: int, observations: Floats32, results: Floats, codes: 
     return ended
 
 
-@kernel
-def advance_rows(
-    m: Floats, c: Floats, observations: Floats32, results: Floats, codes: Codes,
-    parts: int, special: bool | None, low: int, high: int,
-) -> int:  # fmt: skip
-    """Advance the blocks from low to high by one step, or by the parts of it that are asked for.
+@spliced
+def move(m: Floats, s: int, r: int, c: Floats, special: bool | None, lanes: int) -> None:
+    """Let signals switch and all vehicles of a block drive, front to back."""
+    prepare(m, s, r, c, lanes)
+    if special is not None:
+        switch_lines(m, s, r, c, lanes)
+    drive_traffic(m, s, c, lanes)
+    if special is not None:
+        drive_fronts(m, s, c, lanes)
+    drive_agent(m, s, c, lanes)
+    if special is not None:
+        keep_band(m, s, r, c, lanes)
+        drive_shadow(m, s, r, c, lanes)
 
-    ``observations`` are float32 [11, agent, row], ``results`` float64 [RESULTS_SIZE, agent, row], ``codes`` int8
-    [3, agent, row]: the outcome, whether it terminated the episode, whether it truncated it. ``special`` is None for an
-    ego alone that has to stop at one line, so that what other scenarios need is not even compiled. Return how many
-    agents have ended, if that is SHOWn. Those that had ended before keep their outcome and earn nothing. To SHOW a step
-    again changes nothing.
-    """
-    ended, rows = 0, unsigned(observations.shape[2])
-    for block in range(unsigned(low), unsigned(high)):
-        s, r = locate(block, c)
-        first = block * unsigned(at.LANES)
-        lanes = min(unsigned(at.LANES), rows - first)
-        if parts & MOVE:
-            prepare(m, s, r, c, lanes)
-            if special is not None:
-                switch_lines(m, s, r, c, lanes)
-            drive_traffic(m, s, c, lanes)
-            if special is not None:
-                drive_fronts(m, s, c, lanes)
-            drive_agent(m, s, c, lanes)
-            if special is not None:
-                keep_band(m, s, r, c, lanes)
-                drive_shadow(m, s, r, c, lanes)
-        if parts & SHOW:
-            judge_all(m, s, r, c, lanes)
-            if special is not None:
-                judge_adversary(m, s, r, c, lanes)
-            for agent in range(unsigned(c[at.AGENTS])):
-                reward(m, s + agent * at.VEHICLE, c, lanes)
-            if special is not None:
-                reward_adversary(m, s, c, lanes)
-            ended += hand_out(m, s, observations, results, codes, first, lanes)
-    return ended
+
+@spliced
+def appraise(m: Floats, s: int, r: int, c: Floats, special: bool | None, lanes: int) -> None:
+    """Write what the agents of a block measure, their outcomes and their rewards."""
+    judge_all(m, s, r, c, lanes)
+    if special is not None:
+        judge_adversary(m, s, r, c, lanes)
+    for agent in range(unsigned(c[at.AGENTS])):
+        reward(m, s + agent * at.VEHICLE, c, lanes)
+    if special is not None:
+        reward_adversary(m, s, c, lanes)
