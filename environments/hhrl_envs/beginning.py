@@ -59,7 +59,7 @@ def next_due(m: Floats, r: int, lane: int, lanes: int) -> int:
     return lane
 
 
-@inner
+@spliced
 def begin_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, special: bool | None) -> None:
     """Go on with the beginning of one row, whose records plus its lane are ``s`` and ``r``, as far as it can be."""
     if m[r + at.STATUS] == WAITING:

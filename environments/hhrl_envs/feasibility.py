@@ -20,7 +20,7 @@ from hhrl_envs.layout import FAR
 from hhrl_envs.traffic import HARDEST_DECEL
 
 SELDOM = 500.0  # m; slow-downs this far apart happen once before the line
-MARGIN = 0.1  # m; more than a braking vehicle loses in the step in which it comes to a stand
+MARGIN = 0.01  # m; more than rounding takes, or a scripted vehicle that stands as soon as it only creeps
 
 
 @inner
@@ -61,13 +61,15 @@ def surely_survives(m: Floats, s: int, c: Floats) -> bool:
     """Return True where full braking stands before the line and behind the front vehicle, brake that as it may.
 
     False says nothing. Of two vehicles that brake, the front one no less hard, the gap is a concave function of time:
-    where they start and where they stand without touching, they never touch.
+    where they start and where they stand without touching, they never touch. ``last_step`` is more than they can
+    be out in the step in which they come to a stand.
     """
     front = s + at.VEHICLE
     hardest = min(max(HARDEST_DECEL, -c[at.EGO_MIN_ACCEL]), c[at.GRIP])
     rear = m[front + at.POSITION] - c[at.LENGTH] + m[front + at.SPEED] * m[front + at.SPEED] / (2.0 * hardest)
     stands = m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c)
-    return bool((stands < rear - MARGIN) & (stands <= c[at.FARTHEST]))
+    last_step = hardest * c[at.DT] * c[at.DT]
+    return bool((stands < rear - last_step - MARGIN) & (stands <= c[at.FARTHEST]))
 
 
 @inner

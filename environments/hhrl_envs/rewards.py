@@ -33,11 +33,11 @@ TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = 
 
 @inner
 def unsafe_exp(x: float) -> float:
-    """Return exp(x) for x clipped to [0, 1], by the Taylor series of exp(x/4) raised to the fourth power.
+    """Return exp(x) for x in [0, 1], by the Taylor series of exp(x/4) raised to the fourth power.
 
     Only + and *: the same bits on every machine and at every vector width; within 2e-15 of the true value, relatively.
     """
-    y = min(max(x, 0.0), 1.0) * 0.25
+    y = x * 0.25
     s = 1.0 + y * (1.0 / 11.0)
     s = 1.0 + y * (1.0 / 10.0) * s
     s = 1.0 + y * (1.0 / 9.0) * s
@@ -55,7 +55,10 @@ def unsafe_exp(x: float) -> float:
 
 @inner
 def unsafety(distance: float, ratio: float) -> float:
-    """Return the penalty of one sub-goal: -exp(-ratio) where the critical distance is negative, else 0."""
+    """Return the penalty of one sub-goal: -exp(-ratio) where the critical distance is negative, else 0.
+
+    A negative distance has a ratio within [-1, 0]; what other ratios give is not used.
+    """
     penalty = unsafe_exp(-ratio)
     return -penalty if distance < 0.0 else 0.0
 

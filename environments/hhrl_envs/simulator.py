@@ -118,20 +118,6 @@ class Simulator:
         return outcomes
 
     @property
-    def terminations(self) -> Flags:
-        """Whether the episode has ended in an outcome of its own, bool [B]."""
-        self._require_reset()
-        terminations: Flags = self.raw_codes[1, 0].view(np.bool_)
-        return terminations
-
-    @property
-    def truncations(self) -> Flags:
-        """Whether the episode was cut off by the time limit, bool [B]."""
-        self._require_reset()
-        truncations: Flags = self.raw_codes[2, 0].view(np.bool_)
-        return truncations
-
-    @property
     def steps(self) -> Ints:
         """Steps done in the current episode, int64 [B]."""
         return self._memory.of_row(at.STEPS).astype(np.int64)
