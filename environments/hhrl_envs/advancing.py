@@ -7,14 +7,17 @@ from hhrl_envs.compiled import Codes, Floats, Floats32, Keys, kernel, unsigned
 from hhrl_envs.stepping import appraise, hand_out, move
 
 MOVE, BEGIN, SHOW = 1, 2, 4  # what there is to do, to be added up
+MOVE_AND_SHOW = MOVE | SHOW
 
 
 @kernel
 def advance_rows(
     m: Floats, c: Floats, keys: Keys, observations: Floats32, results: Floats, codes: Codes,
     parts: int, special: bool | None, low: int, high: int,
-) -> tuple[int, int]:  # fmt: skip
-    """Do the ``parts`` of a step for the blocks from low to high; return how many agents have ended and rows are OPEN.
+) -> int:  # fmt: skip
+    """Do the ``parts`` of a step for the blocks from low to high and return how many agents have ended.
+
+    It is -1 if rows cannot begin yet, because their worlds are OPEN; see ``beginning``.
 
     MOVE is one step of all rows, BEGIN the beginning of the episodes that are due, SHOW fills ``observations``, float32
     [11, agent, row], ``results``, float64 [RESULTS_SIZE, agent, row], and ``codes``, int8 [3, agent, row]: the outcome,
@@ -36,4 +39,4 @@ def advance_rows(
         if parts & SHOW:
             appraise(m, s, r, c, special, lanes)
             ended += hand_out(m, s, observations, results, codes, first, lanes)
-    return ended, still_open
+    return -1 if still_open > 0 else ended

@@ -11,7 +11,8 @@ drives far down the road, so that every vehicle has a leader and no loop needs a
 slots, so an agent's number is its slot, and its record that of its vehicle.
 
 Field offsets and records are unsigned: a signed index might be negative, and wrapping it around keeps loops from
-vectorising.
+vectorising. So does a load within a choice: a kernel loads its numbers, and those of the scenario before its loop, and
+then chooses between them.
 """
 
 from collections.abc import Iterator

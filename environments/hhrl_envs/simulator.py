@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
 from hhrl_envs import observation
-from hhrl_envs.advancing import BEGIN, MOVE, SHOW, advance_rows
+from hhrl_envs.advancing import BEGIN, MOVE_AND_SHOW, SHOW, advance_rows
 from hhrl_envs.arguments import as_count, as_learned_fronts, as_scenario
 from hhrl_envs.beginning import BEGUN, EPISODE, SEED, decide_rows
 from hhrl_envs.blurring import blur_rows
@@ -172,7 +172,7 @@ class Simulator:
         """
         self._require_reset()
         self._aim(np.asarray(actions))
-        self._show(MOVE | BEGIN | SHOW if autoreset and self._ended else MOVE | SHOW)
+        self._show(MOVE_AND_SHOW | BEGIN if autoreset and self._ended else MOVE_AND_SHOW)
 
     def step_row(self, accelerations: dict[int, float]) -> None:
         """Advance a simulator of one row by one step; ``accelerations`` are the targets of its agents, not checked.
@@ -181,7 +181,7 @@ class Simulator:
         """
         for agent, acceleration in accelerations.items():
             self._numbers[self._targets[agent]] = acceleration
-        self._run(MOVE | SHOW)
+        self._run(MOVE_AND_SHOW)
 
     def vehicles(self, row: int) -> Floats:
         """Return position [m], speed [m/s], acceleration [m/s^2] of the vehicles of one row, float64 [V, 3].
@@ -244,26 +244,26 @@ class Simulator:
         self.raw_observations, self.raw_results = self._observations.take(), self._results.take()
         self.raw_codes = self._codes.take()
         for _ in range(MAX_ATTEMPTS):
-            if not self._run(parts):
+            self._run(parts)
+            if self._ended >= 0:
                 return
             self._each_slice(decide_rows, self.num_rows)
             parts = BEGIN | SHOW
         hint = "widen its gaps, lengthen its horizon or set feasible_only=False"
         raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
 
-    def _run(self, parts: int) -> int:
-        """Do these parts of a step and return how many rows cannot begin yet, because their worlds are OPEN."""
+    def _run(self, parts: int) -> None:
+        """Do these parts of a step; see ``advancing``."""
         numbers, c, keys, special = self._numbers, self._constants, self._keys, self._special
         observations, results, codes = self.raw_observations, self.raw_results, self.raw_codes
         if self._workers is None:
-            told = advance_rows(numbers, c, keys, observations, results, codes, parts, special, 0, self._blocks)
-            self._ended, still_open = told
+            ended = advance_rows(numbers, c, keys, observations, results, codes, parts, special, 0, self._blocks)
         else:
-            every = self._each_slice(advance_rows, keys, observations, results, codes, parts, special)
-            self._ended, still_open = (sum(counts) for counts in zip(*every, strict=True))
+            told = self._each_slice(advance_rows, keys, observations, results, codes, parts, special)
+            ended = min(told) if min(told) < 0 else sum(told)
+        self._ended = ended
         if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, keys, self._history, self.num_rows)
-        return still_open
 
     def _each_slice(self, kernel: Callable[..., Any], *arguments: object) -> list[Any]:
         """Return what a kernel returns for every slice of the rows, each of them run by a thread of its own."""
