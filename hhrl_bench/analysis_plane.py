@@ -11,6 +11,7 @@ from hhrl_bench.analysis_records import OPTION_CODES, Grid, PlaneRecord, decimal
 from hhrl_bench.players import Player
 from hhrl_bench.records import OptionName
 from hhrl_envs import Scenario
+from hhrl_envs import layout as at
 from hhrl_envs import observation as obs
 from hhrl_envs.compiled import Floats, kernel
 from hhrl_envs.errors import require_value
@@ -106,8 +107,7 @@ def _attention(agent: Agent, scenario: Scenario, states: Float32Array) -> dict[O
 def _derive(state: Floats, c: Floats) -> None:
     """Write the derived elements of the SI states, float64 [n, 11], from their base quantities."""
     for row in range(state.shape[0]):
-        d_fc, fc_ratio, d_dc, dc_ratio = distances(
-            state[row, obs.V_E], state[row, obs.D_F], state[row, obs.V_F], state[row, obs.D_D], c
-        )
+        v_e, d_f, v_f, d_d = state[row, obs.V_E], state[row, obs.D_F], state[row, obs.V_F], state[row, obs.D_D]
+        d_fc, fc_ratio, d_dc, dc_ratio = distances(v_e, d_f, v_f, d_d, c[at.PER_TWICE_DECEL], c[at.SAFE_GAP])
         state[row, obs.D_FC], state[row, obs.FC_RATIO] = d_fc, fc_ratio
         state[row, obs.D_DC], state[row, obs.DC_RATIO] = d_dc, dc_ratio

@@ -31,40 +31,48 @@ def settle_row(m: Floats, s: int, r: int, fronts: int, c: Floats) -> None:
 
 
 @spliced
-def begin_agents(m: Floats, a: int, r: int, c: Floats) -> None:
+def begin_agents(m: Floats, s: int, r: int, c: Floats) -> None:
     """Begin the episodes of all agents of a row."""
     m[r + at.STATUS] = BEGUN
     for agent in range(unsigned(c[at.AGENTS])):
-        m[a + agent * at.AGENT + at.OUTCOME] = RUNNING
-        m[a + agent * at.AGENT + at.LIVE] = 0.0
+        m[s + agent * at.VEHICLE + at.OUTCOME] = RUNNING
+        m[s + agent * at.VEHICLE + at.LIVE] = 0.0
 
 
-@kernel
-def begin_rows(
-    m: Floats, c: Floats, keys: Keys, counts: Floats, families: Floats,
-    rows: int, special: bool | None, low: int, high: int,
-) -> int:  # fmt: skip
-    """Begin the episodes that are due in the blocks from low to high and return how many of them are still OPEN.
-
-    For ``special`` see ``stepping.advance_rows``.
-    """
+@spliced
+def begin(m: Floats, s: int, r: int, keys: Keys, first: int, c: Floats, special: bool | None, lanes: int) -> int:
+    """Go on with the episodes that are due in a block, whose rows begin at ``first``, and return how many are OPEN."""
     still_open = 0
-    for row in range(low * at.LANES, min(high * at.LANES, rows)):
-        s, a, r = locate_row(row, c)
-        if m[r + at.STATUS] != BEGUN:
-            if m[r + at.STATUS] == WAITING:
-                keys[EPISODE, row] += np.uint64(1)
-                m[r + at.ATTEMPT] = 0.0
-            if m[r + at.STATUS] <= TO_DRAW:
-                world = stream(keys[SEED, row], keys[EPISODE, row], unsigned(m[r + at.ATTEMPT]), WORLD)
-                fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, counts, families, special)
-                settle_row(m, s, r, fronts, c)
-                if special is not None:
-                    begin_shadow(m, s, r)
-            if m[r + at.STATUS] == DECIDED:
-                begin_agents(m, a, r, c)
-            still_open += m[r + at.STATUS] == OPEN
+    i = next_due(m, r, unsigned(0), lanes)
+    while i < lanes:
+        begin_row(m, s + i, r + i, keys, first + i, c, special)
+        still_open += m[r + at.STATUS + i] == OPEN
+        i = next_due(m, r, i + unsigned(1), lanes)
     return still_open
+
+
+@inner
+def next_due(m: Floats, r: int, lane: int, lanes: int) -> int:
+    """Return the first lane from ``lane`` on whose row in record ``r`` is due to begin; ``lanes`` if there is none."""
+    while (lane < lanes) and (m[r + at.STATUS + lane] == BEGUN):
+        lane += unsigned(1)
+    return lane
+
+
+@spliced
+def begin_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, special: bool | None) -> None:
+    """Go on with the beginning of one row, whose records plus its lane are ``s`` and ``r``, as far as it can be."""
+    if m[r + at.STATUS] == WAITING:
+        keys[EPISODE, row] += np.uint64(1)
+        m[r + at.ATTEMPT] = 0.0
+    if m[r + at.STATUS] <= TO_DRAW:
+        world = stream(keys[SEED, row], keys[EPISODE, row], unsigned(m[r + at.ATTEMPT]), WORLD)
+        fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, special)
+        settle_row(m, s, r, fronts, c)
+        if special is not None:
+            begin_shadow(m, s, r)
+    if m[r + at.STATUS] == DECIDED:
+        begin_agents(m, s, r, c)
 
 
 @kernel
@@ -73,12 +81,12 @@ def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> None:
 
     Where only feasible worlds are wanted, an infeasible one is to be drawn anew.
     """
-    trial, tried = np.empty(locate(unsigned(1), c)[0]), np.empty(at.LANES, np.int64)
+    trial, tried = np.empty(locate(unsigned(1), c)[1]), np.empty(at.LANES, np.int64)
     lanes, end = 0, min(high * at.LANES, rows)
     for row in range(low * at.LANES, end):
-        s, _, r = locate_row(row, c)
+        _, r = locate_row(row, c)
         if m[r + at.STATUS] == OPEN:
-            copy_row(m, s, trial, unsigned(lanes))
+            copy_row(m, r, trial, unsigned(lanes))
             tried[lanes] = row
             lanes += 1
         if (lanes == at.LANES) | (row == end - 1):
@@ -89,17 +97,17 @@ def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> None:
 
 
 @inner
-def copy_row(m: Floats, s: int, trial: Floats, lane: int) -> None:
-    """Copy the row whose numbers begin at ``s`` to a lane of the only block of ``trial``."""
+def copy_row(m: Floats, r: int, trial: Floats, lane: int) -> None:
+    """Copy the row whose numbers begin at ``r`` to a lane of the only block of ``trial``."""
     for field in range(trial.size // at.STRIDE):
-        trial[lane + unsigned(field * at.STRIDE)] = m[s + unsigned(field * at.STRIDE)]
+        trial[lane + unsigned(field * at.STRIDE)] = m[r + unsigned(field * at.STRIDE)]
 
 
 @inner
 def note_verdict(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> None:
     """Take over what was found out about a row in a lane of ``trial``."""
-    r = locate_row(row, c)[2]
-    feasible = trial[locate_row(lane, c)[2] + at.FEASIBLE]
+    r = locate_row(row, c)[1]
+    feasible = trial[locate_row(lane, c)[1] + at.FEASIBLE]
     again = (c[at.FEASIBLE_ONLY] != 0.0) & (feasible == 0.0)
     m[r + at.FEASIBLE] = feasible
     m[r + at.ATTEMPT] += 1.0 if again else 0.0
@@ -109,9 +117,9 @@ def note_verdict(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> No
 @inner
 def drive_ahead(trial: Floats, c: Floats, lanes: int) -> None:
     """Drive the first lanes of a block under full braking until the feasibility of every one is decided."""
-    s, a, r = locate(unsigned(0), c)
+    s, r = locate(unsigned(0), c)
     for i in range(lanes):
-        trial[a + at.TARGET + i] = c[at.EGO_MIN_ACCEL]
+        trial[s + at.TARGET + i] = c[at.EGO_MIN_ACCEL]
         trial[r + at.FEASIBLE + i] = -1.0
     undecided = lanes > 0
     while undecided:
@@ -122,6 +130,6 @@ def drive_ahead(trial: Floats, c: Floats, lanes: int) -> None:
                 undecided |= trial[r + at.FEASIBLE + i] < 0.0
             trial[r + at.STEPS + i] += 1.0
         if undecided:
-            switch_lines(trial, s, a, r, c, lanes)
+            switch_lines(trial, s, r, c, lanes)
             drive_traffic(trial, s, c, lanes)
-            drive_agent(trial, s, a, c, lanes)
+            drive_agent(trial, s, c, lanes)

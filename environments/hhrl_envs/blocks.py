@@ -5,16 +5,15 @@ from hhrl_envs.compiled import Floats, inner, unsigned
 
 
 @inner
-def locate(block: int, c: Floats) -> tuple[int, int, int]:
-    """Return where the records of a block begin: the ego's vehicle, the ego as an agent, the rows."""
-    vehicles, agents = unsigned(c[at.SLOTS]) * at.VEHICLE, unsigned(c[at.AGENTS]) * at.AGENT
-    begin = block * (vehicles + agents + at.ROW)
-    return begin, begin + vehicles, begin + vehicles + agents
+def locate(block: int, c: Floats) -> tuple[int, int]:
+    """Return where the records of a block begin: the ego's, the rows'."""
+    begin = block * (at.ROW + unsigned(c[at.SLOTS]) * at.VEHICLE)
+    return begin + at.ROW, begin
 
 
 @inner
-def locate_row(row: int, c: Floats) -> tuple[int, int, int]:
+def locate_row(row: int, c: Floats) -> tuple[int, int]:
     """Return the places of one row: the records of its block, see ``locate``, plus its lane."""
-    s, a, r = locate(unsigned(row // at.LANES), c)
+    s, r = locate(unsigned(row // at.LANES), c)
     lane = unsigned(row % at.LANES)
-    return s + lane, a + lane, r + lane
+    return s + lane, r + lane

@@ -16,10 +16,10 @@ def blur_rows(
     ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements.
     """
     for row in range(low * at.LANES, min(high * at.LANES, rows)):
-        s, a, r = locate_row(row, c)
+        s, r = locate_row(row, c)
         step = int(m[r + at.STEPS])
         for agent in range(observations.shape[1]):
-            measure(m, s, a, c, unsigned(1))
-            blur(m, a, history, keys, agent, step, row, c)
-            observe(m, a, observations, agent, unsigned(row), unsigned(1))
-            s, a = s + at.VEHICLE, a + at.AGENT
+            measure(m, s, c, unsigned(1))
+            blur(m, s, history, keys, agent, step, row, c)
+            observe(m, s, observations, agent, unsigned(row), unsigned(1))
+            s += at.VEHICLE

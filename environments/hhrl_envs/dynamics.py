@@ -14,8 +14,8 @@ def actuate(accel: float, target: float, gain: float, most: float, grip: float) 
 
 
 @inner
-def drive_agent(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
-    """Advance the vehicles of record ``s`` by one step towards the target accelerations of the agents of record ``a``.
+def drive_agent(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Advance the agents of record ``s`` by one step towards their target accelerations.
 
     The speed stays within [0, speed limit]; the acceleration kept is the one realised. The position follows the
     trapezoidal rule, so that it is exact for a constant acceleration.
@@ -24,7 +24,7 @@ def drive_agent(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
     gain, most, grip = c[at.LAG_GAIN], c[at.JERK_STEP], c[at.GRIP]
     for i in range(lanes):
         before, speed = m[s + at.ACCEL + i], m[s + at.SPEED + i]
-        moved = min(max(speed + actuate(before, m[a + at.TARGET + i], gain, most, grip) * dt, 0.0), limit)
+        moved = min(max(speed + actuate(before, m[s + at.TARGET + i], gain, most, grip) * dt, 0.0), limit)
         accel = (moved - speed) * per_dt
         m[s + at.POSITION + i] += 0.5 * (speed + moved) * dt
         m[s + at.SPEED + i] = moved

@@ -16,8 +16,11 @@ from hhrl_envs import layout as at
 from hhrl_envs.compiled import Floats, inner, unsigned
 from hhrl_envs.dynamics import actuate, braking_distance
 from hhrl_envs.goals import FOLLOW, STOP
+from hhrl_envs.layout import FAR
+from hhrl_envs.traffic import HARDEST_DECEL
 
 SELDOM = 500.0  # m; slow-downs this far apart happen once before the line
+MARGIN = 0.01  # m; more than rounding takes, or a scripted vehicle that stands as soon as it only creeps
 
 
 @inner
@@ -33,7 +36,9 @@ def latest_clearing(m: Floats, s: int, fronts: int, c: Floats) -> float:
         distance = c[at.LAST_LINE] + c[at.LENGTH] - m[here + at.POSITION]
         arrival = 2.0 + 1.5 * max(distance, 0.0) / m[here + at.DESIRED_SPEED]
         moving_up = 1.0 + 5.0 * sqrt(1.0 / m[here + at.MAX_ACCEL])
-        pauses = m[here + at.DWELL] + 2.0 * m[here + at.START_DELAY] + m[here + at.SLOW_TIME]
+        dwell = m[here + at.DWELL] if m[here + at.LINE_SPEED] == 0.0 else 0.0
+        slowing = m[here + at.SLOW_TIME] if m[here + at.SLOW_AT] > -FAR else 0.0
+        pauses = dwell + 2.0 * m[here + at.START_DELAY] + slowing
         free = max(free, arrival) + moving_up + pauses
     return free
 
@@ -53,13 +58,18 @@ def surely_clears(m: Floats, s: int, fronts: int, c: Floats) -> bool:
 
 @inner
 def surely_survives(m: Floats, s: int, c: Floats) -> bool:
-    """Return True where full braking stands before the line and before where the front vehicle is now.
+    """Return True where full braking stands before the line and behind the front vehicle, brake that as it may.
 
-    False says nothing.
+    False says nothing. Of two vehicles that brake, the front one no less hard, the gap is a concave function of time:
+    where they start and where they stand without touching, they never touch. ``last_step`` is more than they can
+    be out in the step in which they come to a stand.
     """
-    rear = m[s + at.VEHICLE + at.POSITION] - c[at.LENGTH]
+    front = s + at.VEHICLE
+    hardest = min(max(HARDEST_DECEL, -c[at.EGO_MIN_ACCEL]), c[at.GRIP])
+    rear = m[front + at.POSITION] - c[at.LENGTH] + m[front + at.SPEED] * m[front + at.SPEED] / (2.0 * hardest)
     stands = m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c)
-    return bool((stands < rear) & (stands <= c[at.FARTHEST]))
+    last_step = hardest * c[at.DT] * c[at.DT]
+    return bool((stands < rear - last_step - MARGIN) & (stands <= c[at.FARTHEST]))
 
 
 @inner
@@ -90,12 +100,11 @@ def begin_shadow(m: Floats, s: int, r: int) -> None:
 
 
 @inner
-def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
+def drive_shadow(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     """Brake the shadow egos by one more step and note FEASIBLE.
 
-    It is 0 once a shadow was hit, or where the goal's place was not freed in time. ``s`` is the egos' record, ``a``
-    their record as agents, ``r`` that of the rows. The front vehicles have moved.
-    Where they are all scripted there is nothing to be found out.
+    It is 0 once a shadow was hit, or where the goal's place was not freed in time. ``s`` is the egos' record,
+    ``r`` that of the rows. The front vehicles have moved. Where they are all scripted there is nothing to be found out.
     """
     if c[at.AGENTS] == 1.0:
         return
@@ -111,5 +120,5 @@ def drive_shadow(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> No
             m[r + at.CLEARED + i] = 1.0
         hopeless = (time > c[at.CLEAR_BY]) & (m[r + at.CLEARED + i] == 0.0)
         shadow = m[r + at.SHADOW_POSITION + i]
-        if (m[a + at.LIVE + i] != 0.0) & ((rear <= shadow) | (shadow > c[at.FARTHEST]) | hopeless):
+        if (m[s + at.LIVE + i] != 0.0) & ((rear <= shadow) | (shadow > c[at.FARTHEST]) | hopeless):
             m[r + at.FEASIBLE + i] = 0.0

@@ -10,21 +10,21 @@ from hhrl_envs.traffic import HARDEST_DECEL, drive_slot
 
 
 @inner
-def drive_front(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
-    """Advance the learned front vehicles of record ``s``, whose agents' record is ``a``, by one step.
+def drive_front(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Advance the learned front vehicles of record ``s`` by one step.
 
     One that has succeeded or run the line is handed over to the scripted profile drawn for it. One that collided or was
     struck brakes fully, and the wreck stays.
     """
     one = unsigned(1)
     for i in range(lanes):
-        outcome = m[a + at.OUTCOME + i]
+        outcome = m[s + at.OUTCOME + i]
         if (outcome == SUCCESS) | (outcome == NOT_STOP):
-            if m[a + at.FRESH + i] == outcome:
+            if m[s + at.FRESH + i] == outcome:
                 hand_over(m, s + i, c)
             drive_on(m, s + i, c)
         else:
-            drive_agent(m, s + i, a + i, c, one)
+            drive_agent(m, s + i, c, one)
 
 
 @inner
@@ -53,35 +53,31 @@ def drive_on(m: Floats, s: int, c: Floats) -> None:
 
 
 @inner
-def restrain(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
-    """Keep the adversaries of record ``a`` within human limits, as long as they are running: a wreck stays.
+def restrain(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Keep the adversaries of record ``s`` within human limits, as long as they are running: a wreck stays.
 
     They brake no harder than HARDEST_BRAKE, and once they have stood for PATIENCE seconds in all they only speed up.
     The line does not bind them: once they have passed it there is none.
     """
     hardest, patience, throttle = -c[at.HARDEST_BRAKE], c[at.PATIENCE], c[at.THROTTLE]
     for i in range(lanes):
-        live, target = m[a + at.LIVE + i] != 0.0, m[a + at.TARGET + i]
+        live, target = m[s + at.LIVE + i] != 0.0, m[s + at.TARGET + i]
         standing = m[s + at.STANDING + i] + (c[at.DT] if m[s + at.SPEED + i] == 0.0 else 0.0)
         m[s + at.STANDING + i] = standing if live else m[s + at.STANDING + i]
         restrained = throttle if standing > patience else max(target, hardest)
-        m[a + at.TARGET + i] = restrained if live else target
+        m[s + at.TARGET + i] = restrained if live else target
         passed = live & (m[s + at.POSITION + i] > m[s + at.LINE + i])
         m[s + at.LINE + i] = FAR if passed else m[s + at.LINE + i]
 
 
 @inner
-def drive_fronts(m: Floats, ego: int, first_agent: int, c: Floats, lanes: int) -> None:
-    """Advance all learned front vehicles by one step, from the front of the queue to its back.
-
-    ``ego`` is the egos' vehicle record, ``first_agent`` their record as agents.
-    """
+def drive_fronts(m: Floats, ego: int, c: Floats, lanes: int) -> None:
+    """Advance all learned front vehicles by one step, front to back; ``ego`` is the egos' record."""
     if c[at.ADVERSARY] != 0.0:
-        restrain(m, ego + at.VEHICLE, first_agent + at.AGENT, c, lanes)
+        restrain(m, ego + at.VEHICLE, c, lanes)
     fronts = unsigned(c[at.AGENTS]) - unsigned(1)
     for ahead in range(fronts):
-        slot = fronts - ahead
-        drive_front(m, ego + slot * at.VEHICLE, first_agent + slot * at.AGENT, c, lanes)
+        drive_front(m, ego + (fronts - ahead) * at.VEHICLE, c, lanes)
 
 
 @inner
@@ -90,17 +86,17 @@ def judge_adversary(m: Floats, ego: int, r: int, c: Floats, lanes: int) -> None:
 
     A collision of its own ends an adversary's episode as any other; else it ends with the ego's.
     """
-    a = ego + at.AGENT
+    s = ego + at.VEHICLE
     if c[at.ADVERSARY] == 0.0:
         return
     for i in range(lanes):
-        fresh, own = m[ego + at.FRESH + i], m[a + at.FRESH + i]
+        fresh, own = m[ego + at.FRESH + i], m[s + at.FRESH + i]
         failed = (fresh == COLLISION) | (fresh == NOT_STOP) | (fresh == TIMEOUT)
         ending = SUCCESS if failed & (m[r + at.FEASIBLE + i] != 0.0) else FOILED
         outcome = COLLISION if own == COLLISION else (RUNNING if fresh == RUNNING else ending)
-        live = m[a + at.LIVE + i] != 0.0
-        m[a + at.FRESH + i] = outcome if live else RUNNING
-        m[a + at.OUTCOME + i] = outcome if live else m[a + at.OUTCOME + i]
+        live = m[s + at.LIVE + i] != 0.0
+        m[s + at.FRESH + i] = outcome if live else RUNNING
+        m[s + at.OUTCOME + i] = outcome if live else m[s + at.OUTCOME + i]
 
 
 @inner
@@ -109,18 +105,18 @@ def reward_adversary(m: Floats, ego: int, c: Floats, lanes: int) -> None:
 
     SUCCESS is +sigma_4 if the ego failed although it need not have, and -sigma_4 otherwise; also if the adversary has
     collided itself, or that would be its cheapest way out. There are no sub-goals: r^option is TIME + SUCCESS, and
-    r^action is r^task, whatever the option. ``ego`` is the egos' record as agents.
+    r^action is r^task, whatever the option. ``ego`` is the egos' record.
     """
-    a = ego + at.AGENT
+    s = ego + at.VEHICLE
     if c[at.ADVERSARY] == 0.0:
         return
     for i in range(lanes):
-        fresh = m[a + at.FRESH + i]
+        fresh = m[s + at.FRESH + i]
         lost = (fresh == FOILED) | (fresh == COLLISION)
         success = c[at.SIGMA_4] if fresh == SUCCESS else (-c[at.SIGMA_4] if lost else 0.0)
-        m[a + at.UNSAFE_SSL + i], m[a + at.UNSAFE_FFV + i], m[a + at.SUCCESS + i] = 0.0, 0.0, success
-        sr = m[a + at.TIME + i] + success
-        task = sr + m[a + at.UNSMOOTH + i] + m[a + at.COLLISION + i]
-        m[a + at.TASK + i] = task
-        m[a + at.OPTION_SSL + i], m[a + at.OPTION_FFV + i] = sr, sr
-        m[a + at.ACTION_SSL + i], m[a + at.ACTION_FFV + i] = task, task
+        m[s + at.UNSAFE_SSL + i], m[s + at.UNSAFE_FFV + i], m[s + at.SUCCESS + i] = 0.0, 0.0, success
+        sr = m[s + at.TIME + i] + success
+        task = sr + m[s + at.UNSMOOTH + i] + m[s + at.COLLISION + i]
+        m[s + at.TASK + i] = task
+        m[s + at.OPTION_SSL + i], m[s + at.OPTION_FFV + i] = sr, sr
+        m[s + at.ACTION_SSL + i], m[s + at.ACTION_FFV + i] = task, task

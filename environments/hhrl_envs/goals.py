@@ -35,30 +35,27 @@ def switch_signals(m: Floats, first: int, r: int, c: Floats, lanes: int) -> None
 
 
 @inner
-def finish_stops(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
-    """Make the next line active where running agents have completed a stop at one that is not the last.
-
-    ``a`` is the agents' record, ``s`` that of their vehicles.
-    """
+def finish_stops(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Make the next line active where running agents of record ``s`` have completed a stop at one before the last."""
     zone, slow, last = c[at.STOP_ZONE], c[at.STOP_SPEED], c[at.LAST_LINE]
     for i in range(lanes):
         line = m[s + at.LINE + i]
         d_d = line - m[s + at.POSITION + i]
-        stopped = (m[a + at.LIVE + i] != 0.0) & (d_d >= 0.0) & (d_d <= zone) & (m[s + at.SPEED + i] < slow)
+        stopped = (m[s + at.LIVE + i] != 0.0) & (d_d >= 0.0) & (d_d <= zone) & (m[s + at.SPEED + i] < slow)
         m[s + at.LINE + i] = last if stopped & (line < last) else line
 
 
 @inner
-def switch_lines(m: Floats, first: int, first_agent: int, r: int, c: Floats, lanes: int) -> None:
+def switch_lines(m: Floats, first: int, r: int, c: Floats, lanes: int) -> None:
     """Take the line away where a signal has turned green, and make the next one active for agents that have stopped.
 
-    ``first`` is the ego's record, ``first_agent`` its record as an agent, ``r`` that of the rows.
+    ``first`` is the ego's record, ``r`` that of the rows.
     """
     if c[at.SIGNAL] != 0.0:
         switch_signals(m, first, r, c, lanes)
     if c[at.FIRST_LINE] < c[at.LAST_LINE]:
         for agent in range(unsigned(c[at.AGENTS])):
-            finish_stops(m, first + agent * at.VEHICLE, first_agent + agent * at.AGENT, c, lanes)
+            finish_stops(m, first + agent * at.VEHICLE, c, lanes)
 
 
 @inner

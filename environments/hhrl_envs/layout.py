@@ -1,17 +1,18 @@
 """Where the numbers of a batch lie in memory, and the scenario's numbers in their array.
 
 The memory of a batch is one float64 array of blocks, each block the numbers of ``LANES`` rows. A block is a sequence
-of records: one for every vehicle, one for every agent, one for the rows themselves; a record is a sequence of fields,
-and a field holds one number for each lane. ``memory[record + FIELD + lane]`` is therefore how a kernel reads and
-writes: with all distances known when it is compiled, its loops over lanes vectorise without checks for overlap. Fields
-lie ``STRIDE`` numbers apart, an odd number of cache lines: a power of two would map all of them to the same few lines.
+of records: one for the rows themselves, then one for every vehicle; a record is a sequence of fields, and a field holds
+one number for each lane. ``memory[record + FIELD + lane]`` is therefore how a kernel reads and writes: with all
+distances known when it is compiled, its loops over lanes vectorise without checks for overlap. Fields lie ``STRIDE``
+numbers apart, an odd number of cache lines: a power of two would map all of them to the same few lines.
 
 Slot 0 is the ego, slot k its k-th front vehicle (nearest first); the slot after the last vehicle is a sentinel that
 drives far down the road, so that every vehicle has a leader and no loop needs a special case. The agents are the first
-slots, so an agent's number is its slot.
+slots, so an agent's number is its slot, and its record that of its vehicle.
 
 Field offsets and records are unsigned: a signed index might be negative, and wrapping it around keeps loops from
-vectorising.
+vectorising. So does a load within a choice: a kernel loads its numbers, and those of the scenario before its loop, and
+then chooses between them.
 """
 
 from collections.abc import Iterator
@@ -34,24 +35,23 @@ DESIRED_SPEED, HEADWAY, MAX_ACCEL, COMFORT_DECEL, MIN_GAP = _fields(5, 9)
 LINE_DECEL, STOP_POSITION, LINE_SPEED, DWELL, START_DELAY = _fields(5, 14)
 SLOW_AT, SLOW_DECEL, SLOW_TIME, SLOW_EVERY = _fields(4, 19)
 STYLE, FAMILY, PER_DESIRED_SPEED, INTERACTION = _fields(4, 23)
-(VEHICLE,) = _fields(1, 27)
 PROFILE = DESIRED_SPEED
 
 # Phases of a scripted vehicle, stored as floats in PHASE.
 APPROACHING, BRAKING, DWELLING, LEAVING = 0.0, 1.0, 2.0, 3.0
 
-# What an agent aims at, whether it was running when the step began, and its outcome if it ended just now.
-TARGET, LIVE, FRESH = _fields(3)
+# What an agent at the wheel aims at, whether it was running when the step began, and its outcome if it ended just now.
+TARGET, LIVE, FRESH = _fields(3, 27)
 # What it measures, in the order of Eq. (state); see ``observation``.
-V_E, A_E, J_E, D_F, V_F, A_F, D_FC, FC_RATIO, D_D, D_DC, DC_RATIO = _fields(11, 3)
+V_E, A_E, J_E, D_F, V_F, A_F, D_FC, FC_RATIO, D_D, D_DC, DC_RATIO = _fields(11, 30)
 MEASURED = V_E
-# The signed terms of its reward; then what a step hands out: r^task, r^option and r^action of every option, and its
-# outcome.
-TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = _fields(8, 14)
+# The signed terms of its reward; then r^task, r^option and r^action of every option; and its outcome.
+TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = _fields(8, 41)
 TERMS, TERMS_SIZE = TIME, 8
-TASK, OPTION_SSL, OPTION_FFV, ACTION_SSL, ACTION_FFV, OUTCOME = _fields(6, 22)
-RESULTS, RESULTS_SIZE = TASK, 6
-(AGENT,) = _fields(1, 28)
+TASK, OPTION_SSL, OPTION_FFV, ACTION_SSL, ACTION_FFV = _fields(5, 49)
+RESULTS, RESULTS_SIZE = TASK, 5
+(OUTCOME,) = _fields(1, 54)
+(VEHICLE,) = _fields(1, 55)
 
 # What holds for a whole row: the time of the green light, steps within the band, steps done, whether an agent is
 # running, whether the episode is feasible, how far its beginning is (see ``beginning``), and how often its world was
@@ -75,5 +75,7 @@ FEASIBLE_ONLY, SLOTS, AGENTS = range(45, 48)
 ADVERSARY, HARDEST_BRAKE, PATIENCE, THROTTLE = range(48, 52)
 GOAL_PLACE, FARTHEST = range(52, 54)  # what a front vehicle must leave free; what full braking must not pass
 CONSTANTS_SIZE = 54
+# Behind them: the cumulative shares of 0, 1, 2, ... front vehicles, then the table of the profile families, row by row.
+COUNTS = CONSTANTS_SIZE
 
 FAR = 1.0e6  # m; where absent vehicles drive and where a line stands that does not exist

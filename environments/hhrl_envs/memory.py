@@ -22,8 +22,8 @@ class Memory:
     def __init__(self, rows: int, slots: int, agents: int) -> None:
         self.rows, self.slots, self.agents = rows, slots, agents
         self.blocks = -(-rows // at.LANES)
-        fields = slots * count_fields(at.VEHICLE) + agents * count_fields(at.AGENT) + count_fields(at.ROW)
-        self.numbers: Floats = np.zeros(self.blocks * fields * at.STRIDE)
+        fields = count_fields(at.ROW) + slots * count_fields(at.VEHICLE)
+        self.numbers: Floats = _aligned_zeros(self.blocks * fields * at.STRIDE)
 
     @property
     def fields(self) -> Floats:
@@ -32,11 +32,11 @@ class Memory:
 
     def of_row(self, field: int) -> Floats:
         """Return one number of every row, float64 [rows], fresh."""
-        return self.fields[:, count_fields(field) - count_fields(at.ROW)].ravel()[: self.rows].copy()
+        return self.fields[:, count_fields(field)].ravel()[: self.rows].copy()
 
     def write_row(self, field: int, values: Floats | float) -> None:
         """Write one number of every row, float64 [rows] or the same for all."""
-        place = count_fields(field) - count_fields(at.ROW)
+        place = count_fields(field)
         if isinstance(values, float):
             self.fields[:, place] = values
         else:
@@ -44,27 +44,23 @@ class Memory:
 
     def of_agent(self, agent: int, first: int, count: int) -> Floats:
         """Return ``count`` numbers of one agent from field ``first`` on, float64 [rows, count], fresh."""
-        place = self._agent(agent) + count_fields(first)
+        place = _vehicle(agent) + count_fields(first)
         picked = self.fields[:, place : place + count].swapaxes(1, 2).reshape(-1, count)
         return picked[: self.rows].copy()
 
     def write_targets(self, accelerations: Floats) -> None:
         """Write the agents' target accelerations, float64 [rows, agents]."""
         for agent in range(self.agents):
-            self._write(self._agent(agent) + count_fields(at.TARGET), accelerations[:, agent])
+            self._write(_vehicle(agent) + count_fields(at.TARGET), accelerations[:, agent])
 
     def target(self, agent: int) -> int:
         """Return where in ``numbers`` the target acceleration of an agent in row 0 lies."""
-        return (self._agent(agent) + count_fields(at.TARGET)) * at.STRIDE
+        return (_vehicle(agent) + count_fields(at.TARGET)) * at.STRIDE
 
     def vehicles(self, row: int) -> Floats:
         """Return the records of one row's vehicles, float64 [slots, field], a view."""
-        fields = count_fields(at.VEHICLE)
-        block = self.fields[row // at.LANES, : self.slots * fields, row % at.LANES]
-        return block.reshape(self.slots, fields)
-
-    def _agent(self, agent: int) -> int:
-        return self.slots * count_fields(at.VEHICLE) + agent * count_fields(at.AGENT)
+        block = self.fields[row // at.LANES, _vehicle(0) :, row % at.LANES]
+        return block.reshape(self.slots, -1)
 
     def _write(self, place: int, values: Floats) -> None:
         whole, rest = divmod(self.rows, at.LANES)
@@ -72,3 +68,15 @@ class Memory:
         numbers[:whole] = values[:end].reshape(whole, at.LANES)
         if rest:
             numbers[whole, :rest] = values[end:]
+
+
+def _aligned_zeros(size: int) -> Floats:
+    """Return zeros, float64 [size], from the beginning of a cache line on: a vector that lies in two costs twice."""
+    numbers: Floats = np.zeros(size + 7)
+    first = -(numbers.ctypes.data // 8) % 8
+    return numbers[first : first + size]
+
+
+def _vehicle(slot: int) -> int:
+    """Return how many fields of a block lie before the record of a vehicle."""
+    return count_fields(at.ROW) + slot * count_fields(at.VEHICLE)

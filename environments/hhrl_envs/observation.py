@@ -39,9 +39,9 @@ def to_si(observations: Floats32) -> Floats32:
 
 
 @inner
-def observe(m: Floats, a: int, out: Floats32, agent: int, first: int, lanes: int) -> None:
-    """Write the observations of the agents of record ``a`` to ``out``, float32 [11, agent, row], from row ``first``."""
+def observe(m: Floats, s: int, out: Floats32, agent: int, first: int, lanes: int) -> None:
+    """Write the observations of the agents of record ``s`` to ``out``, float32 [11, agent, row], from row ``first``."""
     for index in range(out.shape[0]):
-        measured, scale = a + at.MEASURED + unsigned(index * at.STRIDE), _SCALES[index]
+        measured, scale = s + at.MEASURED + unsigned(index * at.STRIDE), _SCALES[index]
         for i in range(lanes):
             out[index, agent, first + i] = m[measured + i] * scale

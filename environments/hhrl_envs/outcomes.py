@@ -28,11 +28,11 @@ RUNNING, COLLISION, NOT_STOP, SUCCESS, TIMEOUT, REAR_ENDED, FOILED = (float(outc
 
 
 @inner
-def judge(m: Floats, s: int, behind: int, a: int, r: int, c: Floats, lanes: int) -> None:
-    """Write the outcomes of the agents of record ``a``; those that had ended before the step keep theirs.
+def judge(m: Floats, s: int, behind: int, r: int, c: Floats, lanes: int) -> None:
+    """Write the outcomes of the agents of record ``s``; those that had ended before the step keep theirs.
 
-    FRESH is the outcome of those that end in this very step, so that an ending is rewarded once. ``s`` is the record
-    of the agents' vehicles, ``behind`` that of their followers (the same where there are none), ``r`` that of the rows.
+    FRESH is the outcome of those that end in this very step, so that an ending is rewarded once. ``behind`` is
+    the record of their followers (the same where there are none), ``r`` that of the rows.
     """
     length, zone, slow, horizon = c[at.LENGTH], c[at.STOP_ZONE], c[at.STOP_SPEED], c[at.HORIZON]
     stops, passes, follows = c[at.GOAL] == STOP, c[at.GOAL] == PASS, c[at.GOAL] == FOLLOW
@@ -50,6 +50,6 @@ def judge(m: Floats, s: int, behind: int, a: int, r: int, c: Floats, lanes: int)
         outcome = SUCCESS if stopped | followed | (passes & (x > end)) else outcome
         outcome = NOT_STOP if x > line else outcome
         outcome = COLLISION if d_f <= 0.0 else outcome
-        live = m[a + at.LIVE + i] != 0.0
-        m[a + at.FRESH + i] = outcome if live else RUNNING
-        m[a + at.OUTCOME + i] = outcome if live else m[a + at.OUTCOME + i]
+        live, before = m[s + at.LIVE + i] != 0.0, m[s + at.OUTCOME + i]
+        m[s + at.FRESH + i] = outcome if live else RUNNING
+        m[s + at.OUTCOME + i] = outcome if live else before

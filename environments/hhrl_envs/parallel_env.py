@@ -152,26 +152,32 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
 
     def _look(self) -> None:
         """Note where in the simulator's results those of each agent lie: views, so a copy of the view looks anew."""
-        seen, results = self.simulator.raw_observations, self.simulator.raw_results
-        self._own = {
-            agent: (seen[:, slot, 0], results[:, slot, 0], results[1:3, slot, 0], results[3:5, slot, 0])
-            for agent, slot in self._slots.items()
-        }
+        simulator = self.simulator
+        for agent, slot in self._slots.items():
+            own = (..., slot, 0)
+            results = simulator.raw_results[own]
+            self._own[agent] = (
+                simulator.raw_observations[own],
+                results,
+                results[1:3],
+                results[3:5],
+                simulator.raw_codes[own],
+            )
 
     def _tell(self, live: list[str]) -> Step:
         """Return what the agents that were live before the step get from it, and let those leave that have ended."""
         told: Step = ({}, {}, {}, {}, {})
         observations, rewards, terminations, truncations, infos = told
         for agent in live:
-            observation, results, option, action = self._own[agent]
+            observation, results, option, action, codes = self._own[agent]
             info: Info = {"reward_option": option.copy(), "reward_action": action.copy()}
-            outcome = results.item(5)
+            outcome = codes.item(0)
             observations[agent], rewards[agent], infos[agent] = observation.copy(), results.item(0), info
             terminations[agent] = truncations[agent] = False
             if outcome:
                 self.agents = [other for other in self.agents if other != agent]
                 terminations[agent], truncations[agent] = outcome != TIMEOUT, outcome == TIMEOUT
-                info["outcome"] = _OUTCOMES[int(outcome)]
+                info["outcome"] = _OUTCOMES[outcome]
                 if agent == EGO:
                     info["feasible"] = bool(self.simulator.feasible[0])
         return told

@@ -98,9 +98,10 @@ class ProfileFamily:
         )
 
 
-FAMILY_TABLE_WIDTH = 2 * len(PARAMETERS) + 5
-"""Columns of ``family_table``: low and high of every parameter, cumulative weight, slow chance, three cumulative
-styles."""
+RANGES = len(PARAMETERS)
+WEIGHT, SLOW_CHANCE, STYLE_SHARES = range(2 * RANGES, 2 * RANGES + 3)
+FAMILY_TABLE_WIDTH = STYLE_SHARES + len(STYLES)
+"""Columns of ``family_table``: low and high of every parameter, cumulative weight, slow chance, cumulative styles."""
 
 
 def family_table(families: tuple[ProfileFamily, ...]) -> Floats:
@@ -110,10 +111,10 @@ def family_table(families: tuple[ProfileFamily, ...]) -> Floats:
     for row, family in enumerate(families):
         for column, name in enumerate(PARAMETERS):
             table[row, 2 * column : 2 * column + 2] = getattr(family, name)
-        table[row, -5] = weights[row] / weights[-1]
-        table[row, -4] = family.slow_chance
-        table[row, -3:] = np.cumsum(family.styles)
-    table[-1, -5] = 1.0
+        table[row, WEIGHT] = weights[row] / weights[-1]
+        table[row, SLOW_CHANCE] = family.slow_chance
+        table[row, STYLE_SHARES:] = np.cumsum(family.styles)
+    table[-1, WEIGHT] = 1.0
     return table
 
 

@@ -33,11 +33,11 @@ TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = 
 
 @inner
 def unsafe_exp(x: float) -> float:
-    """Return exp(x) for x clipped to [0, 1], by the Taylor series of exp(x/4) raised to the fourth power.
+    """Return exp(x) for x in [0, 1], by the Taylor series of exp(x/4) raised to the fourth power.
 
     Only + and *: the same bits on every machine and at every vector width; within 2e-15 of the true value, relatively.
     """
-    y = min(max(x, 0.0), 1.0) * 0.25
+    y = x * 0.25
     s = 1.0 + y * (1.0 / 11.0)
     s = 1.0 + y * (1.0 / 10.0) * s
     s = 1.0 + y * (1.0 / 9.0) * s
@@ -55,14 +55,17 @@ def unsafe_exp(x: float) -> float:
 
 @inner
 def unsafety(distance: float, ratio: float) -> float:
-    """Return the penalty of one sub-goal: -exp(-ratio) where the critical distance is negative, else 0."""
+    """Return the penalty of one sub-goal: -exp(-ratio) where the critical distance is negative, else 0.
+
+    A negative distance has a ratio within [-1, 0]; what other ratios give is not used.
+    """
     penalty = unsafe_exp(-ratio)
     return -penalty if distance < 0.0 else 0.0
 
 
 @inner
-def reward(m: Floats, a: int, c: Floats, lanes: int) -> None:
-    """Write the terms of the agents of record ``a``, and r^task, r^option and r^action of every option.
+def reward(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Write the terms of the agents of record ``s``, and r^task, r^option and r^action of every option.
 
     Agents that were not running when the step began earn nothing; an ending is rewarded in the step in which it
     happens.
@@ -71,23 +74,23 @@ def reward(m: Floats, a: int, c: Floats, lanes: int) -> None:
     per_step, per_jerk, timeout_scale = -c[at.SIGMA_1], -c[at.SIGMA_2], -c[at.TIMEOUT_SCALE]
     per_collision, per_success = -c[at.SIGMA_3], c[at.SIGMA_4]
     for i in range(lanes):
-        live, fresh = m[a + at.LIVE + i], m[a + at.FRESH + i]
-        jerk, speed, d_d = m[a + at.J_E + i], m[a + at.V_E + i], m[a + at.D_D + i]
+        live, fresh = m[s + at.LIVE + i], m[s + at.FRESH + i]
+        jerk, speed, d_d = m[s + at.J_E + i], m[s + at.V_E + i], m[s + at.D_D + i]
         large = (jerk > threshold) | (both & (jerk < -threshold))
         time, unsmooth = per_step * live, per_jerk * live if large else 0.0
-        unsafe_ssl = unsafety(m[a + at.D_DC + i], m[a + at.DC_RATIO + i]) * live
-        unsafe_ffv = unsafety(m[a + at.D_FC + i], m[a + at.FC_RATIO + i]) * live
+        unsafe_ssl = unsafety(m[s + at.D_DC + i], m[s + at.DC_RATIO + i]) * live
+        unsafe_ffv = unsafety(m[s + at.D_FC + i], m[s + at.FC_RATIO + i]) * live
         collision = per_collision if fresh == COLLIDED else 0.0
         not_stop = -speed * speed if fresh == RAN_LINE else 0.0
         timeout = timeout_scale * d_d * d_d if fresh == TIMED_OUT else 0.0
         success = per_success if fresh == SUCCEEDED else 0.0
-        m[a + at.TIME + i], m[a + at.UNSMOOTH + i] = time, unsmooth
-        m[a + at.UNSAFE_SSL + i], m[a + at.UNSAFE_FFV + i] = unsafe_ssl, unsafe_ffv
-        m[a + at.COLLISION + i], m[a + at.NOT_STOP + i] = collision, not_stop
-        m[a + at.TIMEOUT + i], m[a + at.SUCCESS + i] = timeout, success
+        m[s + at.TIME + i], m[s + at.UNSMOOTH + i] = time, unsmooth
+        m[s + at.UNSAFE_SSL + i], m[s + at.UNSAFE_FFV + i] = unsafe_ssl, unsafe_ffv
+        m[s + at.COLLISION + i], m[s + at.NOT_STOP + i] = collision, not_stop
+        m[s + at.TIMEOUT + i], m[s + at.SUCCESS + i] = timeout, success
 
         sr = time + timeout + success
         ssl, ffv, smooth = unsafe_ssl + not_stop, unsafe_ffv + collision, sr + unsmooth
-        m[a + at.TASK + i] = smooth + ssl + ffv
-        m[a + at.OPTION_SSL + i], m[a + at.OPTION_FFV + i] = sr + ffv, sr + ssl
-        m[a + at.ACTION_SSL + i], m[a + at.ACTION_FFV + i] = smooth + ssl, smooth + ffv
+        m[s + at.TASK + i] = smooth + ssl + ffv
+        m[s + at.OPTION_SSL + i], m[s + at.OPTION_FFV + i] = sr + ffv, sr + ssl
+        m[s + at.ACTION_SSL + i], m[s + at.ACTION_FFV + i] = smooth + ssl, smooth + ffv

@@ -362,13 +362,13 @@ class Scenario:
         return _digest(sets)
 
     def constants(self, agents: int = 1) -> Floats:
-        """Return the scenario's numbers, with so many agents, as the kernels' array, float64 [CONSTANTS_SIZE]."""
+        """Return the scenario's numbers, with so many agents, as the kernels' array, float64 [...]; see ``layout``."""
         c = np.zeros(layout.CONSTANTS_SIZE)
         for place, value in self._numbers().items():
             c[place] = value
         c[layout.FEASIBLE_ONLY], c[layout.SLOTS], c[layout.AGENTS] = self.feasible_only, self.num_vehicles + 1, agents
         c[layout.ADVERSARY] = self.adversary is not None and agents > 1
-        return c
+        return np.concatenate([c, self._cumulative_counts(), family_table(self.traffic.families).ravel()])
 
     def _numbers(self) -> dict[int, float]:
         return {**self._physics(), **self._judgement(), **self._draws(), **self._perception()}
@@ -453,11 +453,7 @@ class Scenario:
             layout.NOISE_DISTANCE: sensor.noise_distance,
         }
 
-    def family_table(self) -> Floats:
-        """Return the profile families as the kernels' packed array."""
-        return family_table(self.traffic.families)
-
-    def cumulative_counts(self) -> Floats:
+    def _cumulative_counts(self) -> Floats:
         """Return the cumulative shares of 0, 1, 2, ... front vehicles, float64 [max_fronts + 1]."""
         shares = np.cumsum(self.traffic.count_shares[: self.traffic.max_fronts + 1])
         shares[-1] = 1.0

@@ -13,39 +13,42 @@ SPEEDS, ACCELERATIONS, DISTANCES, POSITIVE = (0, 4), (1, 5), (3, 8), (0, 3, 4)
 
 
 @inner
-def distances(v_e: float, d_f: float, v_f: float, d_d: float, c: Floats) -> tuple[float, float, float, float]:
+def distances(
+    v_e: float, d_f: float, v_f: float, d_d: float, per_twice_decel: float, safe_gap: float
+) -> tuple[float, float, float, float]:
     """Return d_fc, d_fc/d_fs, d_dc and d_dc/d_ds, the ratios clipped to [-1, 10]: Eq. (dis)."""
-    d_fs = max((v_e * v_e - v_f * v_f) * c[at.PER_TWICE_DECEL], c[at.SAFE_GAP])
+    d_fs = max((v_e * v_e - v_f * v_f) * per_twice_decel, safe_gap)
     d_fc = d_f - d_fs
-    d_ds = v_e * v_e * c[at.PER_TWICE_DECEL]
+    d_ds = v_e * v_e * per_twice_decel
     d_dc = d_d - d_ds
     fc_ratio = min(max(d_fc / d_fs, RATIO_LOW), RATIO_HIGH)
     return d_fc, fc_ratio, d_dc, min(max(d_dc / max(d_ds, MIN_STOPPING_DISTANCE), RATIO_LOW), RATIO_HIGH)
 
 
 @inner
-def measure(m: Floats, s: int, a: int, c: Floats, lanes: int) -> None:
-    """Write what the agents of record ``a`` measure, truthfully; what is out of range shows as an empty road."""
+def measure(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Write what the agents of record ``s`` measure, truthfully; what is out of range shows as an empty road."""
     length, reach, limit = c[at.LENGTH], c[at.FRONT_RANGE], c[at.SPEED_LIMIT]
     line_range, leader = c[at.LINE_RANGE], s + at.VEHICLE
+    per_twice_decel, safe_gap = c[at.PER_TWICE_DECEL], c[at.SAFE_GAP]
     for i in range(lanes):
         x, v_e = m[s + at.POSITION + i], m[s + at.SPEED + i]
-        ahead = m[leader + at.POSITION + i] - length - x
+        ahead, v_f, a_f = m[leader + at.POSITION + i] - length - x, m[leader + at.SPEED + i], m[leader + at.ACCEL + i]
         seen = ahead <= reach
-        d_f, v_f = max(ahead, 0.0) if seen else reach, m[leader + at.SPEED + i] if seen else limit
+        d_f, v_f, a_f = min(max(ahead, 0.0), reach), v_f if seen else limit, a_f if seen else 0.0
         d_d = min(m[s + at.LINE + i] - x, line_range)
-        d_fc, fc_ratio, d_dc, dc_ratio = distances(v_e, d_f, v_f, d_d, c)
-        m[a + at.V_E + i] = v_e
-        m[a + at.A_E + i] = m[s + at.ACCEL + i]
-        m[a + at.J_E + i] = m[s + at.JERK + i]
-        m[a + at.D_F + i] = d_f
-        m[a + at.V_F + i] = v_f
-        m[a + at.A_F + i] = m[leader + at.ACCEL + i] if seen else 0.0
-        m[a + at.D_D + i] = d_d
-        m[a + at.D_FC + i] = d_fc
-        m[a + at.FC_RATIO + i] = fc_ratio
-        m[a + at.D_DC + i] = d_dc
-        m[a + at.DC_RATIO + i] = dc_ratio
+        d_fc, fc_ratio, d_dc, dc_ratio = distances(v_e, d_f, v_f, d_d, per_twice_decel, safe_gap)
+        m[s + at.V_E + i] = v_e
+        m[s + at.A_E + i] = m[s + at.ACCEL + i]
+        m[s + at.J_E + i] = m[s + at.JERK + i]
+        m[s + at.D_F + i] = d_f
+        m[s + at.V_F + i] = v_f
+        m[s + at.A_F + i] = a_f
+        m[s + at.D_D + i] = d_d
+        m[s + at.D_FC + i] = d_fc
+        m[s + at.FC_RATIO + i] = fc_ratio
+        m[s + at.D_DC + i] = d_dc
+        m[s + at.DC_RATIO + i] = dc_ratio
 
 
 @inner
@@ -61,10 +64,10 @@ def noise_scale(quantity: int, c: Floats) -> float:
 
 
 @inner
-def blur(m: Floats, a: int, history: Floats, keys: Keys, agent: int, step: int, row: int, c: Floats) -> None:
+def blur(m: Floats, s: int, history: Floats, keys: Keys, agent: int, step: int, row: int, c: Floats) -> None:
     """Replace the base quantities of one agent by delayed and noisy ones, and derive the others from them.
 
-    ``a`` is the agent's record plus its lane. ``history``, float64 [delay + 1, channel, agent, row], is a ring of
+    ``s`` is the agent's record plus its lane. ``history``, float64 [delay + 1, channel, agent, row], is a ring of
     the last base quantities; before there are enough, the first ones are shown. Noise is keyed by (seed, episode,
     agent, step, channel), so it does not depend on the batch.
     """
@@ -73,10 +76,12 @@ def blur(m: Floats, a: int, history: Floats, keys: Keys, agent: int, step: int, 
     key = stream(keys[0, row], keys[1, row], unsigned(agent), unsigned(NOISE + step))
     for channel in range(len(BASE)):
         quantity = BASE[channel]
-        place = a + at.MEASURED + unsigned(quantity * at.STRIDE)
+        place = s + at.MEASURED + unsigned(quantity * at.STRIDE)
         history[step % size, channel, agent, row] = m[place]
         value = history[shown, channel, agent, row] + noise_scale(quantity, c) * normal(key, channel)
         m[place] = max(value, 0.0) if quantity in POSITIVE else value
-    d_fc, fc_ratio, d_dc, dc_ratio = distances(m[a + at.V_E], m[a + at.D_F], m[a + at.V_F], m[a + at.D_D], c)
-    m[a + at.D_FC], m[a + at.FC_RATIO] = d_fc, fc_ratio
-    m[a + at.D_DC], m[a + at.DC_RATIO] = d_dc, dc_ratio
+    d_fc, fc_ratio, d_dc, dc_ratio = distances(
+        m[s + at.V_E], m[s + at.D_F], m[s + at.V_F], m[s + at.D_D], c[at.PER_TWICE_DECEL], c[at.SAFE_GAP]
+    )
+    m[s + at.D_FC], m[s + at.FC_RATIO] = d_fc, fc_ratio
+    m[s + at.D_DC], m[s + at.DC_RATIO] = d_dc, dc_ratio

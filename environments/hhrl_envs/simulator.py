@@ -6,7 +6,6 @@ whoever else is in it.
 """
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -15,8 +14,9 @@ from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
 from hhrl_envs import observation
+from hhrl_envs.advancing import BEGIN, MOVE_AND_SHOW, SHOW, advance_rows
 from hhrl_envs.arguments import as_count, as_learned_fronts, as_scenario
-from hhrl_envs.beginning import BEGUN, EPISODE, SEED, begin_rows, decide_rows
+from hhrl_envs.beginning import BEGUN, EPISODE, SEED, decide_rows
 from hhrl_envs.blurring import blur_rows
 from hhrl_envs.compiled import Codes, Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.errors import InputError, require_value
@@ -27,8 +27,9 @@ from hhrl_envs.scenario import Scenario
 from hhrl_envs.sensing import BASE
 from hhrl_envs.spares import Spares
 from hhrl_envs.state import State, count, read, read_count
-from hhrl_envs.stepping import MOVE, MOVE_AND_SHOW, SHOW, WAITING, advance_rows, aim
+from hhrl_envs.stepping import WAITING, aim
 from hhrl_envs.validation import is_integer
+from hhrl_envs.workers import Workers
 
 MAX_ATTEMPTS = 1000
 
@@ -70,12 +71,12 @@ class Simulator:
         self._numbers, self._constants = self._memory.numbers, scenario.constants(self.num_agents)
         self._targets = [self._memory.target(agent) for agent in range(self.num_agents)]
         self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
-        self._tables = (scenario.cumulative_counts(), scenario.family_table())
         shape = (self.num_agents, num_rows)
         self._observations = Spares((observation.SIZE, *shape), np.float32)
         self._results = Spares((at.RESULTS_SIZE, *shape), np.float64)
+        self._codes = Spares((3, *shape), np.int8)
         self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
-        self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+        self._workers = Workers(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
         self._special = True if learned_fronts or not scenario.plain else None
@@ -115,14 +116,14 @@ class Simulator:
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
         self._require_reset()
-        outcomes: Codes = self.raw_results[5, 0].astype(np.int8)
+        outcomes: Codes = self.raw_codes[0, 0]
         return outcomes
 
     @property
     def agent_outcomes(self) -> Codes:
         """``Outcome`` codes of all agents, int8 [B, A]."""
         self._require_reset()
-        outcomes: Codes = self.raw_results[5].T.astype(np.int8)
+        outcomes: Codes = self.raw_codes[0].T
         return outcomes
 
     @property
@@ -143,8 +144,8 @@ class Simulator:
         """Return the results of one agent: 0 is the ego, k the learned front vehicle in slot k."""
         self._require_reset()
         _require_index("agent", agent, self.num_agents)
-        results = self.raw_results[:, agent]
-        outcomes, terms = results[5].astype(np.int8), self._memory.of_agent(agent, at.TERMS, at.TERMS_SIZE)
+        results, outcomes = self.raw_results[:, agent], self.raw_codes[0, agent]
+        terms = self._memory.of_agent(agent, at.TERMS, at.TERMS_SIZE)
         return Results(self.raw_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes, terms)
 
     def reset(self, seeds: ArrayLike) -> None:
@@ -158,7 +159,7 @@ class Simulator:
         """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""
         self._require_reset()
         if self._ended:
-            self.next_episode((self.raw_results[5] != RUNNING).all(axis=0))
+            self.next_episode((self.raw_codes[0] != RUNNING).all(axis=0))
 
     def next_episode(self, chosen: Flags | None = None) -> None:
         """Put the chosen rows, bool [B], at the start of the next episode of their seeds; None chooses all."""
@@ -170,8 +171,7 @@ class Simulator:
             if not chosen.any():
                 return
             self._memory.write_row(at.STATUS, np.where(chosen, WAITING, BEGUN))
-        self._begin()
-        self._show(moving=False)
+        self._show(BEGIN | SHOW)
 
     def step(self, actions: ArrayLike, *, autoreset: bool = False) -> None:
         """Advance every running row by one step.
@@ -182,12 +182,7 @@ class Simulator:
         """
         self._require_reset()
         self._aim(np.asarray(actions))
-        if autoreset and self._ended:
-            self._run(MOVE)
-            self._begin()
-            self._show(moving=False)
-        else:
-            self._show(moving=True)
+        self._show(MOVE_AND_SHOW | BEGIN if autoreset and self._ended else MOVE_AND_SHOW)
 
     def step_row(self, accelerations: dict[int, float]) -> None:
         """Advance a simulator of one row by one step; ``accelerations`` are the targets of its agents, not checked.
@@ -226,7 +221,7 @@ class Simulator:
     def state(self) -> State:
         """Return all that the next steps depend on; see ``restore``."""
         self._require_reset()
-        arrays = self._arrays(self.raw_observations, self.raw_results)
+        arrays = self._arrays(self.raw_observations, self.raw_results, self.raw_codes)
         return {**{name: array.copy() for name, array in arrays.items()}, "ended": count(self._ended)}
 
     def restore(self, state: State) -> None:
@@ -235,50 +230,55 @@ class Simulator:
         Raises:
             InputError: if it is the state of something else.
         """
-        observations, results = self._observations.take(), self._results.take()
-        for name, array in self._arrays(observations, results).items():
+        observations, results, codes = self._observations.take(), self._results.take(), self._codes.take()
+        for name, array in self._arrays(observations, results, codes).items():
             array[...] = read(state, name, array)
-        self.raw_observations, self.raw_results = observations, results
+        self.raw_observations, self.raw_results, self.raw_codes = observations, results, codes
         self._ended, self._ready = read_count(state, "ended"), True
 
-    def _arrays(self, observations: Floats32, results: Floats) -> State:
+    def _arrays(self, observations: Floats32, results: Floats, codes: Codes) -> State:
         own = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
-        return {**own, "observations": observations, "results": results}
+        return {**own, "observations": observations, "results": results, "codes": codes}
 
     def _vehicles(self, row: int) -> Floats:
         self._require_reset()
         _require_index("row", row, self.num_rows)
         return self._memory.vehicles(row)
 
-    def _show(self, moving: bool) -> None:
-        """Hand out fresh results: ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [6, A, B]."""
+    def _show(self, parts: int) -> None:
+        """Do these parts of a step and hand out fresh results.
+
+        They are ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [5, A, B], and ``raw_codes``, int8
+        [3, A, B]; see ``advancing``.
+        """
         self.raw_observations, self.raw_results = self._observations.take(), self._results.take()
-        self._run(MOVE_AND_SHOW if moving else SHOW)
-
-    def _run(self, parts: int) -> None:
-        numbers, c, special = self._numbers, self._constants, self._special
-        observations, results = self.raw_observations, self.raw_results
-        if self._pool is None:
-            self._ended = advance_rows(numbers, c, observations, results, parts, special, 0, self._blocks)
-        else:
-            self._ended = self._each_slice(advance_rows, observations, results, parts, special)
-        if self._noisy and parts & SHOW:
-            self._each_slice(blur_rows, observations, self._keys, self._history, self.num_rows)
-
-    def _begin(self) -> None:
+        self.raw_codes = self._codes.take()
         for _ in range(MAX_ATTEMPTS):
-            if not self._each_slice(begin_rows, self._keys, *self._tables, self.num_rows, self._special):
+            self._run(parts)
+            if self._ended >= 0:
                 return
             self._each_slice(decide_rows, self.num_rows)
+            parts = BEGIN | SHOW
         hint = "widen its gaps, lengthen its horizon or set feasible_only=False"
         raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
 
-    def _each_slice(self, kernel: Callable[..., int | None], *arguments: object) -> int:
-        if self._pool is None:
-            return kernel(self._numbers, self._constants, *arguments, *self._slices[0]) or 0
-        own, *others = ((self._numbers, self._constants, *arguments, *part) for part in self._slices)
-        parts = [self._pool.submit(kernel, *other) for other in others]
-        return (kernel(*own) or 0) + sum(part.result() or 0 for part in parts)
+    def _run(self, parts: int) -> None:
+        """Do these parts of a step; see ``advancing``."""
+        numbers, c, keys, special = self._numbers, self._constants, self._keys, self._special
+        observations, results, codes = self.raw_observations, self.raw_results, self.raw_codes
+        if self._workers is None:
+            ended = advance_rows(numbers, c, keys, observations, results, codes, parts, special, 0, self._blocks)
+        else:
+            told = self._each_slice(advance_rows, keys, observations, results, codes, parts, special)
+            ended = min(told) if min(told) < 0 else sum(told)
+        self._ended = ended
+        if self._noisy and parts & SHOW:
+            self._each_slice(blur_rows, observations, keys, self._history, self.num_rows)
+
+    def _each_slice(self, kernel: Callable[..., Any], *arguments: object) -> list[Any]:
+        """Return what a kernel returns for every slice of the rows, each of them run by a thread of its own."""
+        calls = [(self._numbers, self._constants, *arguments, *part) for part in self._slices]
+        return [kernel(*calls[0])] if self._workers is None else self._workers.run(kernel, calls)
 
     def _aim(self, given: Floats | Ints) -> None:
         wanted = (self.num_rows,) if self.num_agents == 1 else (self.num_rows, self.num_agents)

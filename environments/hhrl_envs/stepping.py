@@ -1,20 +1,19 @@
-"""One step of a batch, in its visible order."""
+"""One step of a block of rows, in its visible order."""
 
 from hhrl_envs import layout as at
 from hhrl_envs.blocks import locate
-from hhrl_envs.compiled import Floats, Floats32, Ints, inner, kernel, spliced, unsigned
+from hhrl_envs.compiled import Codes, Floats, Floats32, Ints, inner, kernel, spliced, unsigned
 from hhrl_envs.dynamics import drive_agent
 from hhrl_envs.feasibility import drive_shadow
 from hhrl_envs.fronts import drive_fronts, judge_adversary, reward_adversary
 from hhrl_envs.goals import keep_band, switch_lines
 from hhrl_envs.observation import observe
-from hhrl_envs.outcomes import RUNNING, judge
+from hhrl_envs.outcomes import RUNNING, TIMEOUT, judge
 from hhrl_envs.rewards import reward
 from hhrl_envs.sensing import measure
 from hhrl_envs.traffic import drive_slot
 
 WAITING = 1.0  # in STATUS: the row's episode is over, the next one is due
-MOVE, SHOW, MOVE_AND_SHOW = 1, 2, 3  # parts of a step
 
 
 @kernel
@@ -32,9 +31,9 @@ def aim(m: Floats, c: Floats, actions: Ints, levels: Floats) -> int:
             return int(agent * rows + first_wrong(actions[agent], levels.size))
     for agent in range(agents):
         for first in range(0, rows, at.LANES):
-            a = locate(unsigned(first // at.LANES), c)[1] + unsigned(agent) * at.AGENT + at.TARGET
+            target = locate(unsigned(first // at.LANES), c)[0] + unsigned(agent) * at.VEHICLE + at.TARGET
             for i in range(min(at.LANES, rows - first)):
-                m[a + unsigned(i)] = levels[actions[agent, first + i]]
+                m[target + unsigned(i)] = levels[actions[agent, first + i]]
     return -1
 
 
@@ -48,7 +47,7 @@ def first_wrong(actions: Ints, levels: int) -> int:
 
 
 @spliced
-def prepare(m: Floats, a: int, r: int, c: Floats, lanes: int) -> None:
+def prepare(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     """Note who is running, count the steps of rows where somebody is, and call the others WAITING.
 
     Agents that are not running brake fully.
@@ -57,11 +56,12 @@ def prepare(m: Floats, a: int, r: int, c: Floats, lanes: int) -> None:
     for i in range(lanes):
         m[r + at.RUNNING + i] = 0.0
     for agent in range(unsigned(c[at.AGENTS])):
-        own = a + agent * at.AGENT
+        own = s + agent * at.VEHICLE
         for i in range(lanes):
-            live = 1.0 if m[own + at.OUTCOME + i] == RUNNING else 0.0
+            target, runs = m[own + at.TARGET + i], m[own + at.OUTCOME + i] == RUNNING
+            live = 1.0 if runs else 0.0
             m[own + at.LIVE + i] = live
-            m[own + at.TARGET + i] = m[own + at.TARGET + i] if live != 0.0 else brake
+            m[own + at.TARGET + i] = target if runs else brake
             m[r + at.RUNNING + i] = max(m[r + at.RUNNING + i], live)
     for i in range(lanes):
         m[r + at.STEPS + i] += m[r + at.RUNNING + i]
@@ -77,65 +77,57 @@ def drive_traffic(m: Floats, s: int, c: Floats, lanes: int) -> None:
 
 
 @spliced
-def judge_all(m: Floats, s: int, a: int, r: int, c: Floats, lanes: int) -> None:
+def judge_all(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     """Write what every agent measures, and its outcome."""
     for agent in range(unsigned(c[at.AGENTS])):
-        here, own = s + agent * at.VEHICLE, a + agent * at.AGENT
-        measure(m, here, own, c, lanes)
-        judge(m, here, here - at.VEHICLE if agent > 0 else here, own, r, c, lanes)
+        own = s + agent * at.VEHICLE
+        measure(m, own, c, lanes)
+        judge(m, own, own - at.VEHICLE if agent > 0 else own, r, c, lanes)
 
 
 @spliced
-def hand_out(m: Floats, a: int, observations: Floats32, results: Floats, first: int, lanes: int) -> int:
+def hand_out(m: Floats, s: int, observations: Floats32, results: Floats, codes: Codes, first: int, lanes: int) -> int:
     """Write what every agent gets to the rows from ``first``, and return how many agents have ended."""
     ended = 0
     for agent in range(unsigned(observations.shape[1])):
-        own = a + agent * at.AGENT
+        own = s + agent * at.VEHICLE
         observe(m, own, observations, agent, first, lanes)
         for field in range(results.shape[0]):
             place = own + at.RESULTS + unsigned(field * at.STRIDE)
             for i in range(lanes):
                 results[field, agent, first + i] = m[place + i]
         for i in range(lanes):
-            ended += m[own + at.OUTCOME + i] != RUNNING
+            outcome = m[own + at.OUTCOME + i]
+            over, late = outcome != RUNNING, outcome == TIMEOUT
+            codes[0, agent, first + i] = int(outcome)
+            codes[1, agent, first + i] = over & (not late)
+            codes[2, agent, first + i] = late
+            ended += over
     return ended
 
 
-@kernel
-def advance_rows(
-    m: Floats, c: Floats, observations: Floats32, results: Floats,
-    parts: int, special: bool | None, low: int, high: int,
-) -> int:  # fmt: skip
-    """Advance the blocks from low to high by one step, or by the parts of it that are asked for.
+@spliced
+def move(m: Floats, s: int, r: int, c: Floats, special: bool | None, lanes: int) -> None:
+    """Let signals switch and all vehicles of a block drive, front to back."""
+    prepare(m, s, r, c, lanes)
+    if special is not None:
+        switch_lines(m, s, r, c, lanes)
+    drive_traffic(m, s, c, lanes)
+    if special is not None:
+        drive_fronts(m, s, c, lanes)
+    drive_agent(m, s, c, lanes)
+    if special is not None:
+        keep_band(m, s, r, c, lanes)
+        drive_shadow(m, s, r, c, lanes)
 
-    ``observations`` are float32 [11, agent, row], ``results`` float64 [RESULTS_SIZE, agent, row]. ``special`` is None
-    for an ego alone that has to stop at one line, so that what other scenarios need is not even compiled. Return how
-    many agents have ended, if that is SHOWn. Those that had ended before keep their outcome and earn nothing. To SHOW
-    a step again changes nothing.
-    """
-    ended, rows = 0, unsigned(observations.shape[2])
-    for block in range(unsigned(low), unsigned(high)):
-        s, a, r = locate(block, c)
-        first = block * unsigned(at.LANES)
-        lanes = min(unsigned(at.LANES), rows - first)
-        if parts & MOVE:
-            prepare(m, a, r, c, lanes)
-            if special is not None:
-                switch_lines(m, s, a, r, c, lanes)
-            drive_traffic(m, s, c, lanes)
-            if special is not None:
-                drive_fronts(m, s, a, c, lanes)
-            drive_agent(m, s, a, c, lanes)
-            if special is not None:
-                keep_band(m, s, r, c, lanes)
-                drive_shadow(m, s, a, r, c, lanes)
-        if parts & SHOW:
-            judge_all(m, s, a, r, c, lanes)
-            if special is not None:
-                judge_adversary(m, a, r, c, lanes)
-            for agent in range(unsigned(c[at.AGENTS])):
-                reward(m, a + agent * at.AGENT, c, lanes)
-            if special is not None:
-                reward_adversary(m, a, c, lanes)
-            ended += hand_out(m, a, observations, results, first, lanes)
-    return ended
+
+@spliced
+def appraise(m: Floats, s: int, r: int, c: Floats, special: bool | None, lanes: int) -> None:
+    """Write what the agents of a block measure, their outcomes and their rewards."""
+    judge_all(m, s, r, c, lanes)
+    if special is not None:
+        judge_adversary(m, s, r, c, lanes)
+    for agent in range(unsigned(c[at.AGENTS])):
+        reward(m, s + agent * at.VEHICLE, c, lanes)
+    if special is not None:
+        reward_adversary(m, s, c, lanes)

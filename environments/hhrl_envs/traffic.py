@@ -59,22 +59,25 @@ def safe_speed(v: float, gap: float, v_leader: float, dt: float, hardest: float)
     ``(v + w) dt / 2 + w^2 / (2 b) <= gap + v_leader^2 / (2 b)`` for w.
     """
     half = 0.5 * hardest * dt
-    room = 2.0 * hardest * (gap - GUARD_MARGIN - 0.5 * v * dt) + v_leader * v_leader
+    room = 2.0 * hardest * (gap - GUARD_MARGIN - v * (0.5 * dt)) + v_leader * v_leader
     return sqrt(max(half * half + room, 0.0)) - half
 
 
 @inner
 def next_phase(
-    phase: float, v: float, to_stop: float, needed: float, line_decel: float, full: bool, rested: bool
-) -> float:
-    """Return the phase after this step's facts; see the module's text for the cycle of phases."""
-    arriving = full & (to_stop <= ARRIVED)
-    braking = (needed >= line_decel) | ((phase == BRAKING) & (arriving | (needed >= RELEASE * line_decel)))
-    heading = BRAKING if braking else APPROACHING
-    heading = DWELLING if arriving & (v == 0.0) else heading
-    heading = LEAVING if (not full) & (to_stop <= 0.0) else heading
-    resting = DWELLING if (phase == DWELLING) & (not rested) else LEAVING
-    return heading if phase <= BRAKING else resting
+    phase: float, still: bool, to_stop: float, needed: float, line_decel: float, full: bool, rested: bool
+) -> tuple[float, bool, bool]:
+    """Return the phase after this step's facts, and whether it is BRAKING or DWELLING.
+
+    See the module's text for the cycle of phases.
+    """
+    heading, braked = phase <= BRAKING, phase == BRAKING
+    arriving, passing = full & (to_stop <= ARRIVED), (not full) & (to_stop <= 0.0)
+    enough = RELEASE * line_decel if braked else line_decel
+    dwelling = (heading & arriving & still) | ((phase == DWELLING) & (not rested))
+    braking = heading & (not passing) & (not dwelling) & ((needed >= enough) | (braked & arriving))
+    ahead = APPROACHING if heading & (not passing) else LEAVING
+    return DWELLING if dwelling else (BRAKING if braking else ahead), braking, dwelling
 
 
 @inner
@@ -85,42 +88,43 @@ def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
     next line becomes active.
     """
     dt, per_dt, length, last = c[at.DT], c[at.PER_DT], c[at.LENGTH], c[at.LAST_LINE]
-    hardest = min(HARDEST_DECEL, c[at.GRIP])
+    half_step, hardest = 0.5 * dt, min(HARDEST_DECEL, c[at.GRIP])
     leader = s + at.VEHICLE
     for i in range(lanes):
         x, v, standing = m[s + at.POSITION + i], m[s + at.SPEED + i], m[s + at.STANDING + i]
         gap, v_leader = m[leader + at.POSITION + i] - length - x, m[leader + at.SPEED + i]
         v_line, line_decel, line = m[s + at.LINE_SPEED + i], m[s + at.LINE_DECEL + i], m[s + at.LINE + i]
 
-        to_stop, full = line - m[s + at.STOP_POSITION + i] - x, v_line == 0.0
+        to_stop, full, still = line - m[s + at.STOP_POSITION + i] - x, v_line == 0.0, v == 0.0
         needed = needed_decel(v, v_line, to_stop)
         rested = standing >= m[s + at.DWELL + i]
-        phase = next_phase(m[s + at.PHASE + i], v, to_stop, needed, line_decel, full, rested)
-        dwelling = phase == DWELLING
+        phase, braking, dwelling = next_phase(m[s + at.PHASE + i], still, to_stop, needed, line_decel, full, rested)
 
         a = idm(
             v, v_leader, gap, m[s + at.PER_DESIRED_SPEED + i], m[s + at.HEADWAY + i],
             m[s + at.MAX_ACCEL + i], m[s + at.INTERACTION + i], m[s + at.MIN_GAP + i],
         )  # fmt: skip
         for_line = max(needed, line_decel) if full & (to_stop <= ARRIVED) else needed
-        a = min(a, -for_line) if phase == BRAKING else a
+        a = min(a, -for_line) if braking else a
         slowing = m[s + at.SLOWING + i]
         a = min(a, -m[s + at.SLOW_DECEL + i]) if slowing > 0.0 else a
         starting = (a > 0.0) | dwelling
-        held = (v == 0.0) & (dwelling | (standing < m[s + at.START_DELAY + i]))
+        held = still & (dwelling | (standing < m[s + at.START_DELAY + i]))
         a = 0.0 if held else max(a, -hardest)
 
         moved = min(v + a * dt, safe_speed(v, gap, v_leader, dt, hardest))
-        moved = moved if moved >= STANDSTILL else 0.0
-        x = x + 0.5 * (v + moved) * dt
+        stands = moved < STANDSTILL
+        moved = 0.0 if stands else moved
+        x = x + (v + moved) * half_step
         m[s + at.POSITION + i] = x
         m[s + at.SPEED + i] = moved
         m[s + at.ACCEL + i] = (moved - v) * per_dt
-        m[s + at.STANDING + i] = standing + dt if (moved == 0.0) & starting else 0.0
+        m[s + at.STANDING + i] = standing + dt if stands & starting else 0.0
 
-        place = m[s + at.NEXT_SLOW + i]
+        place, slow_time, next_line = m[s + at.NEXT_SLOW + i], m[s + at.SLOW_TIME + i], last if line < last else FAR
+        next_place = place + m[s + at.SLOW_EVERY + i]
         reached, passed = x >= place, x - length > line
-        m[s + at.SLOWING + i] = m[s + at.SLOW_TIME + i] if reached else slowing - dt
-        m[s + at.NEXT_SLOW + i] = place + m[s + at.SLOW_EVERY + i] if reached else place
+        m[s + at.SLOWING + i] = slow_time if reached else slowing - dt
+        m[s + at.NEXT_SLOW + i] = next_place if reached else place
         m[s + at.PHASE + i] = APPROACHING if passed else phase
-        m[s + at.LINE + i] = (last if line < last else FAR) if passed else line
+        m[s + at.LINE + i] = next_line if passed else line

@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 from hhrl_envs.actions import driver
 from hhrl_envs.arguments import as_count, as_scenario, as_seeds
 from hhrl_envs.errors import InputError
-from hhrl_envs.outcomes import Outcome
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.simulator import Simulator
 from hhrl_envs.views import Info, observation_space
-
-RUNNING, TIMEOUT = int(Outcome.RUNNING), int(Outcome.TIMEOUT)
 
 Batch = tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]
 
@@ -71,12 +68,11 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""
         simulator = self.simulator
         simulator.step(self._actions.batch(actions, self.num_envs), autoreset=True)
-        outcomes = simulator.outcomes
-        truncations = outcomes == TIMEOUT
+        results, codes = simulator.raw_results, simulator.raw_codes
+        flags = codes.view(np.bool_)
         infos = {
-            "reward_option": simulator.reward_option,
-            "reward_action": simulator.reward_action,
-            "outcome": outcomes,
+            "reward_option": results[1:3, 0].T,
+            "reward_action": results[3:5, 0].T,
+            "outcome": codes[0, 0],
         }
-        terminations = (outcomes != RUNNING) ^ truncations
-        return simulator.observations, simulator.rewards, terminations, truncations, infos
+        return simulator.raw_observations[:, 0].T, results[0, 0], flags[1, 0], flags[2, 0], infos

@@ -11,6 +11,7 @@ import numpy as np
 from hhrl_envs import layout as at
 from hhrl_envs.compiled import Floats, inner, unsigned
 from hhrl_envs.layout import APPROACHING, FAR
+from hhrl_envs.profiles import FAMILY_TABLE_WIDTH, RANGES, SLOW_CHANCE, STYLE_SHARES, WEIGHT
 from hhrl_envs.streams import between, stream, unit
 from hhrl_envs.traffic import HARDEST_DECEL, needed_decel
 
@@ -26,19 +27,19 @@ SHORT_HEADWAY = 1.0  # s; initial speeds above the leader's leave every follower
 
 
 @inner
-def draw_profile(m: Floats, s: int, key: np.uint64, families: Floats) -> None:
+def draw_profile(m: Floats, s: int, key: np.uint64, c: Floats) -> None:
     """Draw the behaviour profile of the vehicle ``s``, a record plus a lane."""
     choice = unit(key, FAMILY_DRAW)
-    family = 0
-    while choice >= families[family, -5]:
-        family += 1
-    for p in range((families.shape[1] - 5) // 2):
-        drawn = between(key, unsigned(p), families[family, 2 * p], families[family, 2 * p + 1])
+    family, table = 0, at.COUNTS + int(c[at.SLOTS]) - 1
+    while choice >= c[table + WEIGHT]:
+        family, table = family + 1, table + FAMILY_TABLE_WIDTH
+    for p in range(RANGES):
+        drawn = between(key, unsigned(p), c[table + 2 * p], c[table + 2 * p + 1])
         m[s + at.PROFILE + unsigned(p * at.STRIDE)] = drawn
-    if unit(key, SLOW_DRAW) >= families[family, -4]:
+    if unit(key, SLOW_DRAW) >= c[table + SLOW_CHANCE]:
         m[s + at.SLOW_AT] = -FAR
     draw = unit(key, STYLE_DRAW)
-    style = FULL if draw < families[family, -3] else (ROLLING if draw < families[family, -2] else RUNS)
+    style = FULL if draw < c[table + STYLE_SHARES] else (ROLLING if draw < c[table + STYLE_SHARES + 1] else RUNS)
     m[s + (at.LINE_SPEED if style == FULL else at.STOP_POSITION)] = 0.0
     m[s + at.STYLE] = style
     m[s + at.FAMILY] = family
@@ -132,18 +133,16 @@ def settle(m: Floats, s: int, c: Floats) -> None:
 
 
 @inner
-def draw_world(
-    m: Floats, s: int, r: int, world: np.uint64, episode: np.uint64, c: Floats, counts: Floats, families: Floats,
-    special: bool | None,
-) -> int:  # fmt: skip
+def draw_world(m: Floats, s: int, r: int, world: np.uint64, episode: np.uint64, c: Floats, special: bool | None) -> int:
     """Draw the world of one row and return its number of front vehicles.
 
     ``s`` and ``r`` are the records of its ego and of its block's rows, plus its lane; ``world`` is the key of seed,
-    episode and attempt. For ``special`` see ``stepping.advance_rows``.
+    episode and attempt. For ``special`` see ``advancing.advance_rows``.
     """
-    draw, fronts = unit(stream(world, episode, EGO, COUNT), FIRST), int(c[at.AGENTS]) - 1
-    draw = counts[fronts - 1] + (1.0 - counts[fronts - 1]) * draw if fronts > 0 else draw
-    while fronts + 1 < counts.size and draw >= counts[fronts]:
+    draw, fronts, most = unit(stream(world, episode, EGO, COUNT), FIRST), int(c[at.AGENTS]) - 1, int(c[at.SLOTS]) - 2
+    fewer = c[at.COUNTS + fronts - 1] if fronts > 0 else 0.0
+    draw = fewer + (1.0 - fewer) * draw if fronts > 0 else draw
+    while fronts < most and draw >= c[at.COUNTS + fronts]:
         fronts += 1
     for k in range(int(c[at.SLOTS])):
         here = s + unsigned(k) * at.VEHICLE
@@ -153,7 +152,7 @@ def draw_world(
     place_vehicles(m, s, fronts, world, episode, c, special)
     for k in range(1, fronts + 1):
         here = s + unsigned(k) * at.VEHICLE
-        draw_profile(m, here, stream(world, episode, unsigned(k), PROFILE), families)
+        draw_profile(m, here, stream(world, episode, unsigned(k), PROFILE), c)
         settle(m, here, c)
     for k in range(unsigned(c[at.AGENTS])):
         m[s + k * at.VEHICLE + at.LINE] = c[at.FIRST_LINE]

@@ -219,7 +219,10 @@ def test_a_suite_trains_its_sources_first(tmp_path: Path) -> None:
             ["--source", "ddqn", "--target", "stop-line-wet-v0", "--seeds", "3-7"],
             "ddqn has no seed 5; write seeds of 0-4",
         ),
-        (["--source", "ddqn", "--target", "stop-line-wet-v0", "--env-steps", "0"], "Input should be greater than or equal to 1"),
+        (
+            ["--source", "ddqn", "--target", "stop-line-wet-v0", "--env-steps", "0"],
+            "Input should be greater than or equal to 1",
+        ),
         (["--source", "ddqn", "--target", "stop-line-wet-v0", "--episodes", "0"], "cannot take 0 test seeds"),
         (
             ["--source", "ddqn", "--target", "stop-line-wet-v0", "--target", "stop-line-wet-v0"],

@@ -213,7 +213,8 @@ def test_one_bit_of_a_profile_shows(fronts: int) -> None:
     for name in PARAMETERS:
 
         def nudge(simulator: Simulator, column: int = list(profiles.PARAMETERS).index(name)) -> None:
-            families = simulator._tables[1]
+            tables = simulator._constants[layout.COUNTS + simulator.scenario.num_vehicles :]
+            families = tables.reshape(-1, profiles.FAMILY_TABLE_WIDTH)
             families[:, 2 * column : 2 * column + 2] = np.nextafter(families[:, 2 * column : 2 * column + 2], inf)
 
         assert story("stop-line-v0", fronts, nudge) != before, name

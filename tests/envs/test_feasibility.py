@@ -17,7 +17,7 @@ def test_bounds_and_drive_agree_with_what_full_braking_meets(scenario: Scenario)
     simulator = Simulator(replace(scenario, feasible_only=False), rows)
     simulator.reset(np.arange(rows) + 10**6)
     verdicts, cleared = simulator.feasible.copy(), np.full(rows, np.inf)
-    constants, slot = scenario.constants(), int(at.VEHICLE) // at.STRIDE
+    constants, slot = scenario.constants(), int(at.ROW + at.VEHICLE) // at.STRIDE
     for step in range(scenario.horizon):
         rears = simulator._memory.fields[:, slot].ravel()[:rows] - scenario.vehicle.length
         cleared[(rears > scenario.road.lines[-1]) & np.isinf(cleared)] = step * scenario.dt

@@ -14,7 +14,8 @@ def drive(simulator: Simulator, steps: int, seed: int) -> list[bytes]:
     shape = ROWS if simulator.num_agents == 1 else (ROWS, simulator.num_agents)
     for _ in range(steps):
         simulator.step(rng.integers(0, simulator.scenario.num_actions, shape))
-        seen.append(simulator.raw_observations.tobytes() + simulator.raw_results.tobytes())
+        shown = simulator.raw_observations, simulator.raw_results, simulator.raw_codes
+        seen.append(b"".join(part.tobytes() for part in shown))
         simulator.reset_done()
     return seen
 

@@ -1,0 +1,43 @@
+import gc
+import threading
+
+import pytest
+
+from hhrl_envs.workers import Workers
+
+
+def test_every_call_is_run_and_only_one_of_them_here() -> None:
+    here, together = threading.get_ident(), threading.Barrier(3)
+
+    def run(number: int) -> tuple[int, bool]:
+        together.wait(timeout=10)  # breaks unless all three run at once
+        return number, threading.get_ident() == here
+
+    told = Workers(2).run(run, [(0,), (1,), (2,)])
+    assert sorted(told) == [(0, True), (1, False), (2, False)]
+
+
+@pytest.mark.parametrize("wrong", [0, 1])
+def test_an_error_in_any_call_is_raised_and_leaves_the_workers_usable(wrong: int) -> None:
+    workers = Workers(1)
+
+    def run(number: int) -> int:
+        if number == wrong:
+            raise ValueError(number)
+        return number
+
+    with pytest.raises(ValueError, match=str(wrong)):
+        workers.run(run, [(0,), (1,)])
+    assert sorted(workers.run(run, [(2,), (3,)])) == [2, 3]
+
+
+def test_the_threads_end_with_the_object() -> None:
+    before = set(threading.enumerate())
+    workers = Workers(2)
+    threads = set(threading.enumerate()) - before
+    assert len(threads) == 2
+    del workers
+    gc.collect()
+    for thread in threads:
+        thread.join(timeout=10)
+    assert not any(thread.is_alive() for thread in threads)
