@@ -101,6 +101,8 @@ class TransferSuite:
                     yield method, Transfer(source, target, self.seeds, self.env_steps, own)
 
 
+_REUSED, _SEEDS = ("ddqn", "hybrid-hrl", "hybrid-hrl-plus"), tuple(range(10))
+
 SUITES: Mapping[str, Suite] = MappingProxyType(
     {
         suite.id: suite
@@ -119,7 +121,7 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
             ),
             TransferSuite(
                 "transfer",
-                agents=("ddqn", "hybrid-hrl", "hybrid-hrl-plus"),
+                agents=_REUSED,
                 source="stop-line-v0",
                 targets=(
                     "red-light-v0",
@@ -128,12 +130,17 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
                     "follow-v0",
                     "solo-stop-v0",
                     "option-only-v0",
-                    "stop-line-heldout-v0",
-                    "stop-line-wet-v0",
-                    "stop-line-noisy-v0",
-                    "stop-line-dense-v0",
                 ),
-                seeds=tuple(range(10)),
+                seeds=_SEEDS,
+                env_steps=50_000,
+                episodes=1000,
+            ),
+            TransferSuite(
+                "transfer-shifts",
+                agents=_REUSED,
+                source="stop-line-v0",
+                targets=("stop-line-heldout-v0", "stop-line-wet-v0", "stop-line-noisy-v0", "stop-line-dense-v0"),
+                seeds=_SEEDS,
                 env_steps=50_000,
                 episodes=1000,
             ),
