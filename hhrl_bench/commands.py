@@ -31,6 +31,7 @@ from hhrl_bench.study import Study, suite_study, transfer_study
 from hhrl_bench.suite import ScoreSuite, get_suite
 from hhrl_bench.table import print_results
 from hhrl_bench.tasks import Task, get_task
+from hhrl_bench.training_table import print_trainings
 from hhrl_bench.transfer_table import print_transfers
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
@@ -258,6 +259,8 @@ def _print_leaderboard(board: LeaderboardRecord) -> None:
         print_results(console, task, [result for result in board.results if result.task == task.id])
     if board.transfer:
         print_transfers(console, board.transfer.rows)
+    if board.trainings:
+        print_trainings(console, board.trainings)
 
 
 def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) -> None:

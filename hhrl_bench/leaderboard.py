@@ -14,6 +14,7 @@ from hhrl_bench.provenance import provenance
 from hhrl_bench.records import SCHEMA_VERSION, TaskRecord, TimedResult, first_problem
 from hhrl_bench.results import BOOTSTRAP_SEED, wall_seconds
 from hhrl_bench.statistics import CONFIDENCE
+from hhrl_bench.training_records import TrainingOutcomesRecord
 from hhrl_bench.transfer_records import TransferSetRecord
 
 MAX_BYTES = 16 * 2**20
@@ -25,6 +26,7 @@ def build(
     results: Sequence[TimedResult],
     command: str,
     transfer: TransferSetRecord | None = None,
+    trainings: Sequence[TrainingOutcomesRecord] = (),
 ) -> LeaderboardRecord:
     """Return the leaderboard of finished units, made by ``command``."""
     return LeaderboardRecord(
@@ -35,6 +37,7 @@ def build(
         tasks=tuple(tasks),
         results=tuple(timed.result for timed in results),
         transfer=transfer,
+        trainings=tuple(trainings),
         provenance=provenance(command, wall_seconds(results)),
     )
 

@@ -1,17 +1,19 @@
 """The record of a leaderboard file."""
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from hhrl_bench.records import Count, Name, ProvenanceRecord, Rate, Record, ResultRecord, TaskRecord
+from hhrl_bench.training_records import TrainingOutcomesRecord
 from hhrl_bench.transfer_records import TransferSetRecord
 
 
 class LeaderboardRecord(Record):
-    """What ``hhrl-bench run`` and ``transfer`` write: agents on tasks and, of a transfer, what every arm comes to.
+    """What ``hhrl-bench run`` and ``transfer`` write: agents on tasks; of a transfer, what every arm comes to.
 
-    A result of an arm has the method and the arm as its agent.
+    A result of an arm has the method and the arm as its agent. ``trainings``: how the episodes of trainings ended.
     """
 
     schema_version: Literal[1]
@@ -21,15 +23,19 @@ class LeaderboardRecord(Record):
     tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1)]
     results: tuple[ResultRecord, ...]
     transfer: TransferSetRecord | None = None
+    trainings: tuple[TrainingOutcomesRecord, ...] = ()
     provenance: ProvenanceRecord
 
     @model_validator(mode="after")
-    def _results_are_of_known_tasks_and_unique(self) -> Self:
-        known = {task.id for task in self.tasks}
-        names = [(result.task, result.agent) for result in self.results]
-        for task, agent in names:
-            if task not in known:
-                raise ValueError(f"{agent} has a result on {task}, which is not among the tasks")
-            if names.count((task, agent)) > 1:
-                raise ValueError(f"{agent} has two results on {task}; keep one")
+    def _all_are_of_known_tasks_and_unique(self) -> Self:
+        self._require("result", [(result.agent, result.task) for result in self.results])
+        self._require("training", [(training.method, training.task) for training in self.trainings])
         return self
+
+    def _require(self, what: str, names: Sequence[tuple[str, str]]) -> None:
+        known = {task.id for task in self.tasks}
+        for agent, task in names:
+            if task not in known:
+                raise ValueError(f"{agent} has a {what} on {task}, which is not among the tasks")
+            if names.count((agent, task)) > 1:
+                raise ValueError(f"{agent} has two {what}s on {task}; keep one")

@@ -15,7 +15,9 @@ from hhrl_bench.running import Stages, run_stages, transfer_record
 from hhrl_bench.seeds import format_seeds
 from hhrl_bench.source import load_source
 from hhrl_bench.suite import Suite
+from hhrl_bench.suite_kinds import Kept
 from hhrl_bench.tasks import Task, get_task
+from hhrl_bench.training_outcomes import read_outcomes
 from hhrl_bench.transfer import Transfer, sensible_arms
 from hhrl_bench.units import TransferArm
 from hhrl_envs import get_scenario
@@ -30,7 +32,7 @@ class Study:
         command: that does the same again.
         tasks: that results are on, with this many test ``episodes`` each.
         stages: the units.
-        transfers: whose arms are among the units.
+        kept: the units whose learning curves stand in the leaderboard.
     """
 
     name: str
@@ -38,7 +40,7 @@ class Study:
     tasks: Sequence[Task]
     episodes: int
     stages: Stages
-    transfers: Sequence[Transfer]
+    kept: Kept
 
     def __post_init__(self) -> None:
         """Reject a number of episodes that a task does not have."""
@@ -59,14 +61,15 @@ class Study:
         outcomes: dict[str, TimedResult] = {one.unit.name: one.outcome for one in done if one.outcome}
         results = [outcomes[unit.name] for stage in self.stages for unit in stage]
         tasks = [task_record(task, self.episodes) for task in self.tasks]
-        return build(self.name, tasks, results, self.command, transfer_record(self.transfers))
+        trainings = [read_outcomes(training.folder, training.seeds) for training in self.kept.trainings]
+        return build(self.name, tasks, results, self.command, transfer_record(self.kept.transfers), trainings)
 
 
 def suite_study(suite: Suite, folder: Path) -> Study:
     """Return the study of a suite, whose trainings lie in ``folder``."""
     tasks = list(map(get_task, suite.tasks))
     command = f"hhrl-bench run --suite {suite.id}"
-    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.transfers(folder))
+    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.kept(folder))
 
 
 def transfer_study(
@@ -93,4 +96,4 @@ def transfer_study(
     units = [TransferArm(one, loaded.method.id, arm.id, episodes) for one, sensible in arms for arm in sensible]
     words = ["hhrl-bench", "transfer", "--source", source, *(word for one in targets for word in ("--target", one))]
     words += ["--seeds", format_seeds(chosen), "--env-steps", str(env_steps), "--episodes", str(episodes)]
-    return Study("transfer", shlex.join(words), tasks, episodes, [units], transfers)
+    return Study("transfer", shlex.join(words), tasks, episodes, [units], Kept(transfers=transfers))

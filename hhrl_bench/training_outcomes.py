@@ -1,41 +1,16 @@
-"""How the episodes of a training ended, report by report: those it learned from, and those of its validation."""
+"""How the episodes of a training ended, read from its run directory."""
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
-from math import nan
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
-import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from hhrl_bench.analysis_records import OutcomeName
 from hhrl_bench.errors import CurveError
 from hhrl_bench.records import Count, Rate, first_problem
-from hhrl_bench.statistics import FloatArray
-
-OUTCOMES: tuple[OutcomeName, ...] = ("success", "timeout", "not_stop", "collision")
-
-
-class TrainingOutcomes(NamedTuple):
-    """The share of the episodes [seeds, reports] of each outcome, at ``env_steps`` [reports]; NaN: a seed has none.
-
-    ``training`` counts the episodes that ended since the report before, with the exploration of the time; ``testing``
-    the validation episodes, played greedily at the report. A seed that failed has none from then on.
-    """
-
-    method: str
-    task: str
-    seeds: tuple[int, ...]
-    env_steps: FloatArray
-    training: Mapping[OutcomeName, FloatArray]
-    testing: Mapping[OutcomeName, FloatArray]
-
-    @property
-    def stopped(self) -> int:
-        """How many seeds have no validation at the last report: they failed, or have not come so far."""
-        return int(np.isnan(self.testing["success"][:, -1]).sum())
+from hhrl_bench.run_directory import RunDirectory
+from hhrl_bench.training_records import OUTCOMES, Shares, SharesRecord, TrainingOutcomesRecord
 
 
 class _Validation(BaseModel):
@@ -52,22 +27,22 @@ class _Report(BaseModel):
     episodes: dict[str, Count]
     validation: _Validation | None
 
-    def trained(self, outcome: OutcomeName) -> float:
+    def trained(self, outcome: str) -> float | None:
         total = sum(self.episodes.values())
-        return self.episodes.get(outcome, 0) / total if total else nan
+        return self.episodes.get(outcome, 0) / total if total else None
 
-    def tested(self, outcome: OutcomeName) -> float:
-        return getattr(self.validation, outcome, nan)
+    def tested(self, outcome: str) -> float | None:
+        return getattr(self.validation, outcome, None)
 
 
-def read_outcomes(folder: Path) -> TrainingOutcomes:
-    """Return the outcomes of a run directory, whose training may be under way.
+def read_outcomes(folder: Path, seeds: Sequence[int] = ()) -> TrainingOutcomesRecord:
+    """Return the outcomes of these seeds of a run directory, or of all that it has; they may be under way.
 
     Raises:
-        CurveError: if it holds no curves, or ones that are damaged or have different reports.
+        CurveError: if it lacks the curve of a seed, or holds ones that are damaged or have different reports.
     """
     method, task = _trained(folder)
-    curves = {seed: _read(path) for seed, path in sorted(_paths(folder).items())}
+    curves = {seed: _read(RunDirectory(folder).curve(seed)) for seed in sorted(seeds or _seeds(folder))}
     env_steps = max(([report.env_steps for report in curve] for curve in curves.values()), key=len, default=[])
     if not env_steps:
         raise CurveError(f"{folder} holds no learning curves; name a folder that hhrl-bench train has filled")
@@ -77,14 +52,17 @@ def read_outcomes(folder: Path) -> TrainingOutcomes:
                 f"the reports of seed {seed} in {folder} are at other env steps than those of another seed"
             )
     table = [[*curve, *[None] * (len(env_steps) - len(curve))] for curve in curves.values()]
-    return TrainingOutcomes(
-        method=method,
-        task=task,
-        seeds=tuple(curves),
-        env_steps=np.array(env_steps, np.float64),
-        training=_shares(table, _Report.trained),
-        testing=_shares(table, _Report.tested),
-    )
+    try:
+        return TrainingOutcomesRecord(
+            method=method,
+            task=task,
+            seeds=tuple(curves),
+            env_steps=tuple(env_steps),
+            training=_shares(table, _Report.trained),
+            testing=_shares(table, _Report.tested),
+        )
+    except ValidationError as error:
+        raise CurveError(f"the learning curves in {folder} are damaged: {first_problem(error)}") from error
 
 
 def _trained(folder: Path) -> tuple[str, str]:
@@ -98,14 +76,18 @@ def _trained(folder: Path) -> tuple[str, str]:
         ) from error
 
 
-def _paths(folder: Path) -> dict[int, Path]:
-    named = ((re.fullmatch(r"curve-seed-([0-9]+)\.jsonl", path.name), path) for path in folder.iterdir())
-    return {int(match[1]): path for match, path in named if match}
+def _seeds(folder: Path) -> list[int]:
+    named = (re.fullmatch(r"curve-seed-([0-9]+)\.jsonl", path.name) for path in folder.iterdir())
+    return [int(match[1]) for match in named if match]
 
 
 def _read(path: Path) -> list[_Report]:
+    try:
+        lines = path.read_bytes().splitlines()
+    except OSError as error:
+        raise CurveError(f"cannot read the learning curve {path}: {error.strerror}; train the seed again") from error
     reports = []
-    for number, line in enumerate(path.read_bytes().splitlines(), start=1):
+    for number, line in enumerate(lines, start=1):
         try:
             reports.append(_Report.model_validate_json(line))
         except ValidationError as error:
@@ -113,10 +95,8 @@ def _read(path: Path) -> list[_Report]:
     return reports
 
 
-def _shares(
-    table: Sequence[Sequence[_Report | None]], share: Callable[[_Report, OutcomeName], float]
-) -> dict[OutcomeName, FloatArray]:
-    return {
-        name: np.array([[nan if report is None else share(report, name) for report in curve] for curve in table])
-        for name in OUTCOMES
-    }
+def _shares(table: Sequence[Sequence[_Report | None]], share: Callable[[_Report, str], float | None]) -> SharesRecord:
+    def shares(outcome: str) -> Shares:
+        return tuple(tuple(None if report is None else share(report, outcome) for report in curve) for curve in table)
+
+    return SharesRecord(**{outcome: shares(outcome) for outcome in OUTCOMES})

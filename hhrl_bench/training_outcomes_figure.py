@@ -3,15 +3,14 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from hhrl_bench import figures as fig
-from hhrl_bench.analysis_records import OutcomeName
 from hhrl_bench.curve_style import BAND, Line, draw_curves, legend_below, rate_axes
-from hhrl_bench.seeds import format_seeds
-from hhrl_bench.training_outcomes import TrainingOutcomes, read_outcomes
+from hhrl_bench.training_records import TrainingOutcomesRecord
 
-LINES: Mapping[OutcomeName, Line] = {
+LINES: Mapping[str, Line] = {
     "success": Line("success", fig.GREEN, "-"),
     "timeout": Line("timeout", fig.BLUE, "-."),
     "not_stop": Line("not stop", fig.ORANGE, "--"),
@@ -19,19 +18,17 @@ LINES: Mapping[OutcomeName, Line] = {
 }
 
 
-def save_trainings(runs: Sequence[Path], folder: Path) -> list[Path]:
-    """Return the files written into the folder, SVG and PNG: the figure of the run directories, from left to right.
+def save_trainings(trainings: Sequence[TrainingOutcomesRecord], folder: Path) -> list[Path]:
+    """Return the files written into the folder, SVG and PNG: the figure of the trainings, from left to right.
 
     Raises:
-        CurveError: if a run directory holds no curves to read.
         OutputError: if a file cannot be written.
     """
-    trainings = [read_outcomes(run) for run in runs]
     with fig.style():
         return fig.save(draw_trainings(trainings), folder, "training-outcomes")
 
 
-def draw_trainings(trainings: Sequence[TrainingOutcomes]) -> Figure:
+def draw_trainings(trainings: Sequence[TrainingOutcomesRecord]) -> Figure:
     """Return the figure: a column a training, the episodes that it learned from above, validation episodes below."""
     columns = len(trainings)
     figure = fig.new_figure(
@@ -39,12 +36,12 @@ def draw_trainings(trainings: Sequence[TrainingOutcomes]) -> Figure:
     )
     axes = figure.subplots(2, columns, sharex="col", sharey=True, squeeze=False)
     for column, training in zip(axes.T, trainings, strict=True):
-        for one, rates in zip(column, (training.training, training.testing), strict=True):
+        env_steps = np.array(training.env_steps, np.float64)
+        for one, shares in zip(column, (training.training, training.testing), strict=True):
             for outcome, line in LINES.items():
-                draw_curves(one, training.env_steps, rates[outcome], line)
-            rate_axes(one, training.env_steps[-1])
-        stopped = f", {training.stopped} not to the end" if training.stopped else ""
-        column[0].set_title(f"{training.method}\n{training.task}, seeds {format_seeds(training.seeds)}{stopped}")
+                draw_curves(one, env_steps, shares.array(outcome), line)
+            rate_axes(one, env_steps[-1])
+        column[0].set_title(f"{training.method}\n{training.task}, {training.runs}")
         column[1].set_xlabel("env steps (thousands)")
     axes[0, 0].set_ylabel("training episodes")
     axes[1, 0].set_ylabel("validation episodes")

@@ -63,7 +63,7 @@ def _notes(rows: Sequence[TransferRecord], *, intervals: bool) -> str:
     shown = "The pair under a number is its 95% interval, a bootstrap over the seeds; inf: without bound."
     return "\n".join(
         (
-            f"Success on validation episodes (in test: on test episodes); a budget of {words} env steps.",
+            f"Success on validation episodes; a budget of {words} env steps.",
             "Steps: the median in thousands, or how many seeds got there within the budget.",
             "Steps ratio: of the medians, below 1 is faster than scratch; <= and >= where one lies beyond the budget.",
             shown if intervals else "A wider terminal shows more columns and 95% intervals.",

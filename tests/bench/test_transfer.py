@@ -134,7 +134,7 @@ def test_a_stopped_transfer_goes_on_to_the_same_leaderboard(source: Path, moved:
     running = study.run(workers=1)
     next(running), next(running)
     running.close()  # type: ignore[attr-defined]
-    arm = study.transfers[0].plan("fine-tune", study.transfers[0].load())
+    arm = study.kept.transfers[0].plan("fine-tune", study.kept.transfers[0].load())
     reports = training.train(arm, resume=True)
     next(reports), next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
@@ -200,7 +200,7 @@ def test_a_suite_trains_its_sources_first(tmp_path: Path) -> None:
         *(f"hrl-0 {arm} on stop-line-wet-v0" for arm in ("zero-shot", "frozen-action", "fine-tune", "scratch")),
         *(f"hrl-0 {arm} on option-only-v0" for arm in ("zero-shot", "fine-tune", "scratch")),
     ]
-    assert [transfer.source for transfer in study.transfers] == [
+    assert [transfer.source for transfer in study.kept.transfers] == [
         str(tmp_path / method / "source") for method in ("ddqn", "hrl-0", "hrl-0")
     ]
 

@@ -1,0 +1,62 @@
+"""Trainings as a table to read: how their episodes ended at the start, in the middle and at the end."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from rich import box
+from rich.console import Console, Group
+from rich.table import Table
+
+from hhrl_bench.table import NONE, print_widest
+from hhrl_bench.training_records import SharesRecord, TrainingOutcomesRecord
+
+SHOWN = ("success", "collision", "not_stop", "timeout")
+"""The first ones are shown longest where there is little room."""
+
+TIMES = ("start", "middle", "end")
+
+
+def print_trainings(console: Console, trainings: Sequence[TrainingOutcomesRecord]) -> None:
+    """Return nothing; print a table a training, with as many outcomes as the console has room for."""
+    layouts = [SHOWN[:last] for last in range(len(SHOWN), 0, -1)]
+    place = print_widest(console, [_tables(trainings, outcomes) for outcomes in layouts])
+    notes = [
+        "Means over the seeds; testing is greedy, on validation episodes.",
+        "Start, middle and end: the first, middle and last report with such episodes.",
+    ]
+    console.print("\n".join([*notes, *["A wider terminal shows more outcomes."][: place > 0]]), style="dim")
+
+
+def _tables(trainings: Sequence[TrainingOutcomesRecord], outcomes: Sequence[str]) -> Group:
+    return Group(*(part for training in trainings for part in (_table(training, outcomes), "")))
+
+
+def _table(training: TrainingOutcomesRecord, outcomes: Sequence[str]) -> Table:
+    table = Table(
+        title=f"{training.method} on {training.task}, {training.runs}, {training.env_steps[-1]:,} env steps",
+        box=box.HORIZONTALS,
+        show_edge=False,
+        padding=0,
+        pad_edge=False,
+        title_justify="left",
+    )
+    table.add_column("", no_wrap=True)
+    columns = [list(TIMES)]
+    for name in ("training", "testing"):
+        shares: SharesRecord = getattr(training, name)
+        for outcome in outcomes:
+            table.add_column(f"{name}\n{outcome.replace('_', ' ')}", justify="right", no_wrap=True)
+            columns.append(_rates(shares, outcome))
+    for cells in zip(*columns, strict=True):
+        table.add_row(*cells)
+    return table
+
+
+def _rates(shares: SharesRecord, outcome: str) -> list[str]:
+    """Return the mean over seeds at the first, middle and last report at which a seed has episodes."""
+    rates = shares.array(outcome)
+    known = np.flatnonzero(np.isfinite(rates).any(axis=0))
+    if not len(known):
+        return [NONE] * len(TIMES)
+    times = known[[0, (len(known) - 1) // 2, -1]]
+    return [f"{np.nanmean(rates[:, time]):.1%}" for time in times]
