@@ -14,19 +14,11 @@ from hhrl_agents.start import NOTHING, Start
 from hhrl_agents.training import make_learner
 from hhrl_envs import InputError, get_scenario
 from support.configs import small_methods
+from support.small_training import CONFIG
 
 MAIN, TARGET = get_scenario("stop-line-v0"), get_scenario("two-stops-v0")
 SEEDS = (3, 5)
-SMALL = {
-    "hidden": (8,),
-    "n_envs": 4,
-    "batch_size": 8,
-    "replay_capacity": 400,
-    "warmup": 40,
-    "target_interval": 10,
-    "report_every": 100,
-}
-METHODS = small_methods(SMALL)
+METHODS = small_methods({**CONFIG, "report_every": 100})
 Parameters = list[dict[str, Tensor]]
 
 
