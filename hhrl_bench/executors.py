@@ -1,10 +1,12 @@
 """Executors: who does the units of a suite. Which one did is provenance, never a difference in numbers."""
 
 import multiprocessing
+import os
 import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from threading import Thread
 from typing import NamedTuple
 
 from hhrl_bench.records import TimedResult
@@ -73,8 +75,16 @@ def _attempt(unit: Unit) -> Done:
 
 
 def _begin() -> None:
-    """Leave interrupts to the process that hands out the work."""
+    """Leave interrupts to the process that hands out the work, and end when that one is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _compile() -> None:

@@ -3,6 +3,10 @@
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +37,9 @@ class Told:
         """Return a result, or fail, or die, always or the first time alone."""
         begun = len(list(self.folder.glob(f"{self.name}-*")))
         (self.folder / f"{self.name}-{begun}").touch()
+        if self.told == "sleeps":
+            (self.folder / f"pid-{os.getpid()}").touch()
+            time.sleep(300)
         if self.told == "dies" or (self.told == "dies once" and not begun):
             os.kill(os.getpid(), signal.SIGKILL)
         if self.told == "refuses":
@@ -82,6 +89,35 @@ def test_processes_and_this_one_give_equal_results() -> None:
         assert outcome is not None
         assert other is not None
         assert outcome.result == other.result
+
+
+def test_no_worker_outlives_a_driver_that_is_killed(tmp_path: Path) -> None:
+    code = (
+        "from pathlib import Path; from bench.test_executors import Told; from hhrl_bench.executors import run_units\n"
+        f"if __name__ == '__main__': list(run_units([Told(n, Path({str(tmp_path)!r}), 'sleeps') for n in 'ab'], 2))"
+    )
+    script = tmp_path / "driver.py"
+    script.write_text(code)
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path])}
+    with subprocess.Popen([sys.executable, str(script)], env=paths, stderr=subprocess.DEVNULL) as driver:
+        wait_until(lambda: len(list(tmp_path.glob("pid-*"))) == 2)
+        driver.kill()
+    workers = [int(path.name.removeprefix("pid-")) for path in tmp_path.glob("pid-*")]
+    wait_until(lambda: not any(is_running(worker) for worker in workers))
+
+
+def wait_until(holds: Callable[[], bool], seconds: float = 60.0) -> None:
+    until = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def is_running(pid: int) -> bool:
+    try:
+        return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False
 
 
 def test_no_worker_is_left_when_the_caller_stops(tmp_path: Path) -> None:
