@@ -192,12 +192,16 @@ def _run(
 
 @app.command("transfer")
 def _transfer(
-    source: Annotated[str, typer.Option(help="A run directory, or a method with shipped seeds.", show_default=False)],
+    source: Annotated[
+        str, typer.Option(help="A run directory, a checkpoint, or a method with shipped seeds.", show_default=False)
+    ],
     target: Annotated[list[str], typer.Option(metavar="TASK", help="A target task; may be repeated.")],
     seeds: Annotated[str, typer.Option(help="Training seeds, such as 0-4,7.", show_default="all of the source")] = "",
     env_steps: Annotated[int, typer.Option(min=1, help="Steps for each seed in each arm.")] = 50_000,
     episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
-    out: Annotated[Path, typer.Option(help="Folder of the trainings and of transfer.json.")] = Path("runs/transfer"),
+    out: Annotated[Path, typer.Option(help="Folder of the trainings; its transfer.json is the last command's.")] = Path(
+        "runs/transfer"
+    ),
     workers: WorkersOption = None,
 ) -> None:
     """Reuse a trained run in other tasks, arm by arm, beside training from scratch; what was stopped goes on."""

@@ -92,7 +92,9 @@ def transfer_study(
     arms = [(one, sensible_arms(loaded.method, one.target)) for one in transfers]
     for one, sensible in arms:
         if not sensible:
-            raise AgentError(f"nothing of {loaded.method.id} can be reused in {one.target.id}; name another target")
+            raise AgentError(
+                f"nothing of {loaded.method.id} can be reused in a training on {one.target.id}; name another target"
+            )
     units = [TransferArm(one, loaded.method.id, arm.id, episodes) for one, sensible in arms for arm in sensible]
     words = ["hhrl-bench", "transfer", "--source", source, *(word for one in targets for word in ("--target", one))]
     words += ["--seeds", format_seeds(chosen), "--env-steps", str(env_steps), "--episodes", str(episodes)]

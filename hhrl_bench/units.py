@@ -15,6 +15,7 @@ from hhrl_agents.files import write_atomically
 from hhrl_bench.loading import load_agents
 from hhrl_bench.records import TimedResult
 from hhrl_bench.results import evaluate_agent
+from hhrl_bench.run_directory import RunDirectory
 from hhrl_bench.tasks import Task
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
@@ -116,8 +117,11 @@ class TransferArm:
         return f"{self.method} {self.arm}"
 
     def check(self) -> None:
-        """Return nothing; see ``Unit.check``; its source may have to be trained first."""
+        """Return nothing; see ``Unit.check``; what was begun has to be of this source, which may have to be trained."""
         require("torch", "torch")
+        folder = self.transfer.folder_of(self.arm)
+        if folder.exists():
+            RunDirectory(folder).require_config(self.transfer.plan(self.arm, self.transfer.load()).config())
 
     def run(self) -> TimedResult:
         """Return the result of the chosen checkpoints, trained first where they are not yet."""

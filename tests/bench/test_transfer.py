@@ -186,6 +186,9 @@ def test_a_run_of_another_source_is_not_gone_on_with(moved: Path, tmp_path: Path
         with pytest.raises(OutputError, match="holds a run of another configuration"):
             list(training.train(one.plan(arm, one.load()), resume=True))
     assert not list(training.train(one.plan("scratch", one.load()), resume=True)), "it takes nothing over"
+    said = invoke("transfer", "--source", str(other), "--target", TARGET.id, *small_options(moved))
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1), "said before anything is done"
+    assert "holds a run of another configuration" in said.stderr
 
 
 def test_a_suite_trains_its_sources_first(tmp_path: Path) -> None:
@@ -214,7 +217,10 @@ def test_a_suite_trains_its_sources_first(tmp_path: Path) -> None:
             "rule-4 is not trained, so nothing can be transferred",
         ),
         (["--source", "ddqn", "--target", "nowhere"], "unknown task 'nowhere'"),
-        (["--source", "ddqn", "--target", "option-only-v0"], "nothing of ddqn can be reused in option-only-v0"),
+        (
+            ["--source", "ddqn", "--target", "option-only-v0"],
+            "nothing of ddqn can be reused in a training on option-only-v0",
+        ),
         (
             ["--source", "ddqn", "--target", "stop-line-wet-v0", "--seeds", "3-7"],
             "ddqn has no seed 5; write seeds of 0-4",
