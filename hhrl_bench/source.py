@@ -76,7 +76,7 @@ def load_source(name: str, scenario: Scenario) -> Source:
     agents = {agent.training.seed: agent for agent in load_agents(name, scenario) if agent.training}
     if not agents:
         raise AgentError(
-            f"{name} is not trained, so nothing can be transferred; write a run directory, a checkpoint or a shipped method"
+            f"{name} is not trained, so nothing can be transferred; write a run directory or a shipped method"
         )
     policies: dict[int, LearnedAgent] = {seed: agent.agent for seed, agent in agents.items()}  # type: ignore[misc]
     first = next(iter(policies.values()))
