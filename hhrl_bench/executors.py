@@ -59,9 +59,10 @@ def _run_pool(units: Sequence[Unit], workers: int) -> Iterator[Done]:
             return
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
-            for process in multiprocessing.active_children():
-                process.terminate()
-                process.join()
+            while children := multiprocessing.active_children():
+                for process in children:
+                    process.terminate()
+                    process.join()
             raise
 
 

@@ -124,4 +124,4 @@ def test_no_worker_is_left_when_the_caller_stops(tmp_path: Path) -> None:
     running = run_units([Told(name, tmp_path) for name in "abcdef"], workers=2)
     next(running)
     running.close()  # type: ignore[attr-defined]
-    assert not multiprocessing.active_children()
+    wait_until(lambda: not multiprocessing.active_children())
