@@ -33,10 +33,9 @@ def board() -> LeaderboardRecord:
     return make()
 
 
-def test_two_runs_differ_in_their_provenance_only(board: LeaderboardRecord) -> None:
+def test_two_runs_differ_in_their_provenance_at_most(board: LeaderboardRecord) -> None:
     again = make()
     assert board.model_dump_json(exclude={"provenance"}) == again.model_dump_json(exclude={"provenance"})
-    assert board.provenance.wall_seconds != again.provenance.wall_seconds
 
 
 def test_a_written_leaderboard_reads_back_equal(board: LeaderboardRecord, tmp_path: Path) -> None:
