@@ -282,6 +282,10 @@ def _said(value: object) -> str:
 
 
 def _console() -> Console:
-    """Return the console of stdout; wide enough for any table where that is no terminal and COLUMNS is not set."""
-    console = Console()
-    return console if console.is_terminal or "COLUMNS" in os.environ else Console(width=PLAIN_WIDTH)
+    """Return the console of stdout; wide enough for any table where that is no terminal and COLUMNS is not set.
+
+    It prints names as they are: what looks like markup in them is none.
+    """
+    console = Console(markup=False, emoji=False)
+    wide = console.is_terminal or "COLUMNS" in os.environ
+    return console if wide else Console(markup=False, emoji=False, width=PLAIN_WIDTH)
