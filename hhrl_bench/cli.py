@@ -9,6 +9,14 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+
+class Executor(StrEnum):
+    """Who can do the units of a suite."""
+
+    LOCAL = "local"
+    RAY = "ray"
+
+
 AGENT_HELP = "A registered name, a checkpoint, a run directory, or module:factory."
 AgentArgument = Annotated[str, typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
 AgentsArgument = Annotated[list[str], typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
@@ -22,7 +30,19 @@ HeldOption = Annotated[
     ),
 ]
 WorkersOption = Annotated[
-    int | None, typer.Option(min=1, help="Processes that work side by side.", show_default="the number of cores")
+    int | None, typer.Option(min=1, help="Processes of this machine, side by side.", show_default="the number of cores")
+]
+ExecutorOption = Annotated[
+    Executor, typer.Option(help="Who does the units: processes of this machine, or a Ray cluster (the ray extra).")
+]
+AddressOption = Annotated[
+    str | None, typer.Option(metavar="HOST:PORT", help="The Ray cluster's.", show_default="this machine's cluster")
+]
+UnitTimeoutOption = Annotated[
+    float | None,
+    typer.Option(
+        min=0.01, metavar="MINUTES", help="End a worker that reports nothing for so long.", show_default="never"
+    ),
 ]
 OpponentOption = Annotated[
     str | None,
@@ -182,12 +202,23 @@ def _analyse(
 @app.command("run")
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
+    status: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Run nothing: say how far the suite with this --work folder is.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="leaderboards/SUITE.json")] = None,
     work: Annotated[Path | None, typer.Option(help="Folder of its trainings.", show_default="runs/SUITE")] = None,
+    executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
+    address: AddressOption = None,
+    unit_timeout: UnitTimeoutOption = None,
 ) -> None:
     """Run a suite, print its table and write its leaderboard; what was stopped goes on; exit code 1 if a unit fails."""
-    raise typer.Exit(0 if _commands().run(suite, out, work, workers) else 1)
+    commands = _commands()
+    if status is not None:
+        commands.status(status)
+        return
+    execution = commands.execution(executor.value, workers, address, unit_timeout)
+    raise typer.Exit(0 if commands.run(suite, out, work, execution) else 1)
 
 
 @app.command("transfer")
@@ -202,10 +233,15 @@ def _transfer(
     out: Annotated[Path, typer.Option(help="Folder of the trainings; its transfer.json is the last command's.")] = Path(
         "runs/transfer"
     ),
+    executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
+    address: AddressOption = None,
+    unit_timeout: UnitTimeoutOption = None,
 ) -> None:
     """Reuse a trained run in other tasks, arm by arm, beside training from scratch; what was stopped goes on."""
-    raise typer.Exit(0 if _commands().transfer(source, target, seeds, env_steps, episodes, out, workers) else 1)
+    commands = _commands()
+    execution = commands.execution(executor.value, workers, address, unit_timeout)
+    raise typer.Exit(0 if commands.transfer(source, target, seeds, env_steps, episodes, out, execution) else 1)
 
 
 @app.command("calibrate")

@@ -30,6 +30,7 @@ def build(
     command: str,
     transfer: TransferSetRecord | None = None,
     trainings: Sequence[TrainingOutcomesRecord] = (),
+    executor: str = "local",
 ) -> LeaderboardRecord:
     """Return the leaderboard of finished units, made by ``command``."""
     return LeaderboardRecord(
@@ -41,7 +42,7 @@ def build(
         results=tuple(timed.result for timed in results),
         transfer=transfer,
         trainings=tuple(trainings),
-        provenance=provenance(command, wall_seconds(results)),
+        provenance=provenance(command, wall_seconds(results), executor),
     )
 
 
