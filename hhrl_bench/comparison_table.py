@@ -72,10 +72,10 @@ def _table(comparisons: Sequence[PairwiseRecord], metrics: Sequence[str], interv
 
 def _cells(one: PairwiseRecord | None, *, intervals: bool) -> tuple[Text, Text]:
     """Return the difference, and the probability of having more."""
-    if one is None or one.difference.mean is None:
+    if one is None or (mean := one.difference.mean) is None:
         return Text(NONE), Text(NONE)
     column, difference, more = _BY_KEY[one.metric], one.difference, one.probability_more
-    number, probability = Text(_signed(column, difference.mean)), Text(f"{more.mean:.2f}" if more else NONE)
+    number, probability = Text(_signed(column, mean)), Text(f"{more.mean:.2f}" if more else NONE)
     if intervals and difference.low is not None and difference.high is not None:
         number.append(f"\n{_signed(column, difference.low)}, {_signed(column, difference.high)}", style="dim")
     if intervals and more:

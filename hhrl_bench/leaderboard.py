@@ -8,6 +8,7 @@ from pydantic import ValidationError
 from pydantic.json_schema import GenerateJsonSchema
 
 from hhrl_agents.files import write_atomically
+from hhrl_bench.derived import derived
 from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.provenance import provenance
@@ -28,18 +29,21 @@ def build(
     tasks: Sequence[TaskRecord],
     results: Sequence[TimedResult],
     command: str,
+    store: Store,
     transfer: TransferSetRecord | None = None,
     trainings: Sequence[TrainingOutcomesRecord] = (),
     executor: str = "local",
 ) -> LeaderboardRecord:
-    """Return the leaderboard of finished units, made by ``command``."""
+    """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store."""
+    runs = [timed.result for timed in results]
     return LeaderboardRecord(
         schema_version=SCHEMA_VERSION,
         suite=suite,
         confidence=CONFIDENCE,
         bootstrap_seed=BOOTSTRAP_SEED,
         tasks=tuple(tasks),
-        results=tuple(timed.result for timed in results),
+        results=tuple(runs),
+        **derived(runs, trainings, store),
         transfer=transfer,
         trainings=tuple(trainings),
         provenance=provenance(command, wall_seconds(results), executor),

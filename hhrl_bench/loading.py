@@ -104,10 +104,15 @@ def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
     agent = checkpoints.load(path)
     _require_fit(agent.metadata, scenario, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return LoadedAgent("learned", agent, digest, _training(agent.metadata, path), path)
+    return LoadedAgent("learned", agent, digest, training_record(agent.metadata, path), path)
 
 
-def _training(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:
+def training_record(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:
+    """Return what a checkpoint's metadata say of its training.
+
+    Raises:
+        AgentError: if that cannot be.
+    """
     data = {name: metadata.get(name) for name in TrainingRecord.model_fields}
     try:
         return TrainingRecord.model_validate(data)

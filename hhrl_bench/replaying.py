@@ -13,7 +13,7 @@ from hhrl_bench.evidence import Evidence
 from hhrl_bench.seeds import UInt64Array
 from hhrl_bench.tasks import Task
 from hhrl_bench.traces import Trace, recordings
-from hhrl_envs import get_scenario
+from hhrl_envs import Option, get_scenario
 
 
 def replay(evidence: Sequence[Evidence], task: Task, seeds: UInt64Array) -> list[EpisodeRecords]:
@@ -38,7 +38,8 @@ def _require_fit(trace: Trace, own: int, driven: int, episodes: int, levels: int
         raise RecordError(f"the trace has {len(trace.steps)} episodes, not {episodes}")
     if trace.options.shape[1] != own or trace.actions.shape[1] not in {driven, 1}:
         raise RecordError(f"the trace drives {trace.actions.shape[1]} vehicles, which this task does not")
-    if trace.actions.min() < 0 or trace.actions.max() >= levels or not -1 <= trace.options.min() <= trace.options.max() < 2:
+    known = bool((trace.options >= -1).all() and (trace.options < len(Option)).all())
+    if not known or trace.actions.min() < 0 or trace.actions.max() >= levels:
         raise RecordError("the trace holds an option or action that this scenario does not have")
 
 

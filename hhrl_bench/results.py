@@ -23,6 +23,7 @@ from hhrl_bench.records import (
     RunRecord,
     TaskRecord,
     TimedResult,
+    TrainingRecord,
 )
 from hhrl_bench.statistics import CONFIDENCE
 from hhrl_bench.store import Store
@@ -57,7 +58,8 @@ def evaluate_agent(
             except AgentError as error:
                 raise AgentError(f"{source}: {error}") from error
             records.append(played.records)
-            runs.append(run_record(loaded, played.records, None if store is None else _keep(store, loaded, played)))
+            evidence = None if store is None else _keep(store, loaded, played)
+            runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))
             update(len(runs), len(agents), f"success {runs[-1].metrics.success:.1%}")
     return result_record(source, agents[0].kind, task, option, runs, records)
 
@@ -82,11 +84,13 @@ def result_record(
     )
 
 
-def run_record(loaded: LoadedAgent, records: EpisodeRecords, evidence: str | None) -> RunRecord:
-    """Return the record of one policy; ``evidence`` is the sha256 that its evidence is kept under."""
+def run_record(
+    checkpoint: str | None, training: TrainingRecord | None, records: EpisodeRecords, evidence: str | None
+) -> RunRecord:
+    """Return the record of one policy; ``checkpoint`` and ``evidence`` are the sha256 that they are kept under."""
     return RunRecord(
-        checkpoint_sha256=loaded.sha256,
-        training=loaded.training,
+        checkpoint_sha256=checkpoint,
+        training=training,
         evidence_sha256=evidence,
         episodes_sha256=records.digest(),
         metrics=RunMetricsRecord.model_validate(finite(means(records, SCORED))),

@@ -69,8 +69,8 @@ class Study:
         results = [outcomes[unit.name] for stage in self.stages for unit in stage]
         tasks = [task_record(task, self.episodes) for task in self.tasks]
         trainings = [read_outcomes(training.folder, training.seeds) for training in self.kept.trainings]
-        transfers = transfer_record(self.kept.transfers)
-        return build(self.name, tasks, results, self.command, transfers, trainings, executor)
+        transfer = transfer_record(self.kept.transfers)
+        return build(self.name, tasks, results, self.command, self.store, transfer, trainings, executor)
 
 
 def suite_study(suite: Suite, folder: Path) -> Study:

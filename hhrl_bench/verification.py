@@ -1,38 +1,30 @@
-"""Verification of an entry: what it says, computed again from what it rests on, level by level, offline and on a CPU."""
+"""Verification of an entry: what it says, computed again from what it rests on, level by level, offline."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from enum import StrEnum
-from functools import cached_property
-from typing import NamedTuple
 
-import numpy as np
-
-from hhrl_bench import entry_checks
+from hhrl_bench.checked_result import CheckedResult
+from hhrl_bench.derived import derived
 from hhrl_bench.differences import Finding, differences
-from hhrl_bench.episodes import EpisodeRecords
-from hhrl_bench.errors import AgentError, RecordError
-from hhrl_bench.evaluation import play_task
-from hhrl_bench.evidence import Evidence, unpack
+from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.loading import LoadedAgent, load_agents
-from hhrl_bench.metrics import SCORED
-from hhrl_bench.players import OPTIONS
 from hhrl_bench.progress import Update, silent
-from hhrl_bench.records import ResultRecord, RunRecord, TaskRecord
-from hhrl_bench.replaying import replay
-from hhrl_bench.results import result_record, run_record
-from hhrl_bench.store import Store, read
-from hhrl_bench.tasks import Task, get_task
-from hhrl_bench.threads import one_torch_thread
-from hhrl_envs import get_scenario
+from hhrl_bench.records import TaskRecord
+from hhrl_bench.rerunning import rerun
+from hhrl_bench.results import task_record
+from hhrl_bench.statistics import CONFIDENCE
+from hhrl_bench.store import Store
+from hhrl_bench.summaries import BOOTSTRAP_SEED
+from hhrl_bench.tasks import SCRIPTED, get_task
+from hhrl_bench.transfer_rows import recompute
 
 
 class Level(StrEnum):
     """How far an entry is verified; each level includes those before it.
 
-    schema: it is well-formed, and of this version's tasks. recomputed: what whole numbers of the episodes and the
-    stored curves come to. replayed: the stored decisions, played through the simulator again, come to every number.
-    rerun: the checkpoints, and the registered rules, decide the same again.
+    schema: it is well-formed, and its tasks are those of this version. recomputed: all that follows from the whole
+    numbers of the episodes, from the learning curves and from each other. replayed: the stored decisions, played
+    through the simulator again, come to every number of every result. rerun: the agents decide the same again.
     """
 
     SCHEMA = "schema"
@@ -40,6 +32,54 @@ class Level(StrEnum):
     REPLAYED = "replayed"
     RERUN = "rerun"
 
-    def reaches(self, other: "Level") -> bool:
+    def includes(self, other: "Level") -> bool:
         """Return whether this level includes another."""
         return list(Level).index(self) >= list(Level).index(other)
+
+
+def verify(board: LeaderboardRecord, store: Store, level: Level, update: Update = silent) -> Iterator[Finding]:
+    """Return what does not hold in an entry, whose files lie in ``store``; nothing if it is verified up to ``level``.
+
+    ``update`` hears how many results are done.
+    """
+    yield from _check_version(board)
+    if level == Level.SCHEMA:
+        return
+    tasks = {task.id: task for task in board.tasks}
+    results = [
+        CheckedResult(f"results[{index}]", result, tasks[result.task], store)
+        for index, result in enumerate(board.results)
+    ]
+    for done, result in enumerate(results, start=1):
+        yield from result.recompute()
+        if level.includes(Level.REPLAYED):
+            yield from result.replay()
+        if level.includes(Level.RERUN):
+            yield from rerun(result)
+        update(done, len(results), f"{result.result.agent} on {result.result.task}")
+    yield from _check_derived(board, store)
+
+
+def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:
+    yield from differences("confidence", board.confidence, CONFIDENCE)
+    yield from differences("bootstrap_seed", board.bootstrap_seed, BOOTSTRAP_SEED)
+    for index, task in enumerate(board.tasks):
+        yield from differences(f"tasks[{index}]", task.model_dump(), _of_this_version(task).model_dump())
+
+
+def _of_this_version(record: TaskRecord) -> TaskRecord:
+    task = get_task(record.id)
+    if task.opponent:
+        task = task.against(record.opponent.agent if record.opponent else SCRIPTED)
+    return task_record(task, record.episodes)
+
+
+def _check_derived(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
+    try:
+        found = derived(board.results, board.trainings, store)
+    except RecordError:  # a file is missing or damaged, which its result has said
+        return
+    names = (*found, *(["transfer"] if board.transfer else []))
+    transfer = {"transfer": recompute(board.transfer)} if board.transfer else {}
+    again = board.model_copy(update=found | transfer).model_dump(include=set(names))
+    yield from differences("", board.model_dump(include=set(names)), again)
