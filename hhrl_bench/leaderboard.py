@@ -31,6 +31,7 @@ def build(
     store: Store,
     transfer: TransferSetRecord | None = None,
     trainings: Sequence[TrainingOutcomesRecord] = (),
+    executor: str = "local",
 ) -> LeaderboardRecord:
     """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store.
 
@@ -48,7 +49,7 @@ def build(
         **derived(runs, trainings, store, checkpoints=transfer is None),
         transfer=transfer,
         trainings=tuple(trainings),
-        provenance=provenance(command, wall_seconds(results)),
+        provenance=provenance(command, wall_seconds(results), executor),
     )
 
 
