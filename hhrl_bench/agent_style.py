@@ -36,10 +36,11 @@ _LOOKS: Mapping[str, Look] = {
     "pqn": Look(fig.GREEN, ":", "X"),
     "ppo": Look(fig.ORANGE, ":", "P"),
 }
+_UNLIKE: tuple[tuple[Dashes, str], ...] = (("--", "H"), (":", "d"), ("-.", "8"))
 _OTHERS = [
     Look(colour, dashes, marker)
-    for dashes, marker in (("--", "H"), (":", "d"), ("-.", "8"))
-    for colour in (fig.BLUE, fig.VERMILLION, fig.GREEN, fig.PURPLE, fig.SKY, fig.ORANGE)
+    for dashes, marker in _UNLIKE
+    for colour in (fig.BLUE, fig.VERMILLION, fig.PURPLE, fig.SKY)
 ]
 
 

@@ -6,10 +6,10 @@ Needs the ``report`` extra.
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hhrl_bench.analysis_episode import attention_over_episode
 from hhrl_bench.analysis_episode_figure import draw_episode
-from hhrl_bench.episodes import EpisodeRecords
 from hhrl_bench.figures import save, style
 from hhrl_bench.loading import LoadedAgent, load_agents
 from hhrl_bench.tasks import Task, get_task
@@ -17,11 +17,16 @@ from hhrl_bench.threads import one_torch_thread
 from hhrl_envs import Outcome, get_scenario
 
 
-def typical_episode(records: EpisodeRecords) -> int:
-    """Return the place of the success whose length is the median of all successes; of all episodes if none succeeds."""
-    successes = np.flatnonzero(records.outcome == Outcome.SUCCESS)
-    places = successes if len(successes) else np.arange(len(records))
-    by_length = places[np.argsort(records.steps[places], kind="stable")]
+def typical_episode(outcome: NDArray[np.int8], steps: NDArray[np.int32]) -> int:
+    """Return the number of the success whose length is the median of all successes; of all episodes if none succeeds.
+
+    Args:
+        outcome: how test episode 0, 1, ... ended (:class:`hhrl_envs.Outcome`), [N].
+        steps: how long it was, [N].
+    """
+    successes = np.flatnonzero(outcome == Outcome.SUCCESS)
+    places = successes if len(successes) else np.arange(len(outcome))
+    by_length = places[np.argsort(steps[places], kind="stable")]
     return int(by_length[(len(places) - 1) // 2])
 
 

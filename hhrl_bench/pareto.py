@@ -10,4 +10,5 @@ def non_dominated(points: FloatArray) -> NDArray[np.bool_]:
     """Return which of the points [n, k] no other one is at most equal to in all coordinates and below in one, [n]."""
     no_worse = (points[:, None] <= points).all(axis=-1)
     better = (points[:, None] < points).any(axis=-1)
-    return ~(no_worse & better).any(axis=0)
+    dominated: NDArray[np.bool_] = np.any(no_worse & better, axis=0)
+    return ~dominated

@@ -6,24 +6,20 @@ import numpy as np
 import pytest
 
 from hhrl_bench.episode_figure import save_episode, typical_episode
-from hhrl_bench.episodes import EpisodeRecords
 from hhrl_bench.errors import SeedError
 from hhrl_bench.loading import SHIPPED
 from hhrl_envs import Outcome
 
 
-def episodes(steps: list[int], outcomes: list[Outcome]) -> EpisodeRecords:
-    n = len(steps)
-    returns = [np.zeros(n) for _ in range(3)]
-    lengths, ends = np.array(steps, np.int32), np.array(outcomes, np.int8)
-    return EpisodeRecords(np.arange(n, dtype=np.uint64), ends, lengths, *returns, np.zeros(n, np.int32), np.zeros(n))
+def typical(steps: list[int], outcomes: list[Outcome]) -> int:
+    return typical_episode(np.array(outcomes, np.int8), np.array(steps, np.int32))
 
 
 def test_the_typical_episode_is_the_success_of_median_length() -> None:
     won, lost = Outcome.SUCCESS, Outcome.COLLISION
-    assert typical_episode(episodes([30, 100, 20, 50, 40], [won, lost, won, won, lost])) == 0
-    assert typical_episode(episodes([30, 30, 20, 50], [won] * 4)) == 0
-    assert typical_episode(episodes([30, 10, 20], [lost] * 3)) == 2
+    assert typical([30, 100, 20, 50, 40], [won, lost, won, won, lost]) == 0
+    assert typical([30, 30, 20, 50], [won] * 4) == 0
+    assert typical([30, 10, 20], [lost] * 3) == 2
 
 
 @pytest.mark.parametrize(
