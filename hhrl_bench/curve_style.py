@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from hhrl_bench.figures import INK
-from hhrl_bench.results import BOOTSTRAP_SEED
 from hhrl_bench.statistics import FloatArray, bootstrap_band
+from hhrl_bench.summaries import BOOTSTRAP_SEED
 from hhrl_bench.transfer_metrics import THRESHOLD
 
 BAND = "band: 95% interval of the mean over the seeds"
