@@ -7,29 +7,22 @@ import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 
-from hhrl_bench import leaderboard
 from hhrl_bench.agent_style import lines
 from hhrl_bench.errors import RecordError
 from hhrl_bench.figures import style
 from hhrl_bench.leaderboard_figures import save_leaderboard_figures
-from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.paper import TABLE_I
 from hhrl_bench.table_one_figure import RATES, counterparts, draw_table_one
 from hhrl_bench.training_curves_figure import draw_training_curves
 from hhrl_bench.training_records import TrainingOutcomesRecord
+from support.boards import board, rules
 from support.trainings import STEPS, training
 
-PUBLISHED = Path(__file__).parents[2] / "leaderboards"
-QUICK = leaderboard.read(PUBLISHED / "quick.json")
 LOW, HIGH = (0.0, 0.2, 0.4, 0.6), (0.0, 0.6, 0.9, 1.0)
 
 
 def trainings(methods: Sequence[str], tasks: Sequence[str] = ("stop-line-v0",)) -> list[TrainingOutcomesRecord]:
     return [training([LOW, HIGH], method, task) for task in tasks for method in methods]
-
-
-def board(*own: TrainingOutcomesRecord) -> LeaderboardRecord:
-    return QUICK.model_copy(update={"trainings": own})
 
 
 def headings(own: Sequence[TrainingOutcomesRecord]) -> list[str]:
@@ -68,8 +61,8 @@ def test_training_results_are_means_over_seeds_and_hybrid_hrl_is_in_both_columns
 
 
 def test_table_one_has_the_papers_rates_beside_ours() -> None:
-    (task,) = QUICK.tasks
-    results = counterparts(QUICK.results, task.id)
+    (task,) = board(rules()).tasks
+    results = counterparts(rules(), task.id)
     assert [*results] == [row.policy for row in TABLE_I]
     with style():
         figure = draw_table_one(task, results)
@@ -89,13 +82,13 @@ def names(paths: Sequence[Path]) -> list[str]:
 
 def test_scores_and_rival_trainings_have_figures(tmp_path: Path) -> None:
     scores = ["table-1-stop-line-v0", "time-and-comfort"]
-    assert names(save_leaderboard_figures(QUICK, tmp_path)) == scores
-    rivals = board(*trainings(["hrl-0", "hybrid-hrl"]))
+    assert names(save_leaderboard_figures(board(rules()), tmp_path)) == scores
+    rivals = board(rules(), trainings(["hrl-0", "hybrid-hrl"]))
     assert names(save_leaderboard_figures(rivals, tmp_path)) == [*scores, "training-outcomes", "training-results"]
 
 
 def test_many_trainings_have_a_figure_a_method(tmp_path: Path) -> None:
-    many = board(*trainings(["hrl-0", "hybrid-hrl"], ["stop-line-v0", "stop-line-wet-v0"]))
+    many = board([], trainings(["hrl-0", "hybrid-hrl"], ["stop-line-v0", "stop-line-wet-v0"]))
     assert {name for name in names(save_leaderboard_figures(many, tmp_path)) if "outcomes" in name} == {
         "training-outcomes-hrl-0",
         "training-outcomes-hybrid-hrl",
@@ -103,14 +96,14 @@ def test_many_trainings_have_a_figure_a_method(tmp_path: Path) -> None:
 
 
 def test_one_agent_without_curves_has_nothing_to_draw(tmp_path: Path) -> None:
-    lonely = QUICK.model_copy(update={"results": QUICK.results[:1]})
+    lonely = board(rules()[:1])
     with pytest.raises(RecordError, match="quick has one agent a task and no curves: nothing to draw"):
         save_leaderboard_figures(lonely, tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
 
 def test_equal_leaderboards_give_equal_files(tmp_path: Path) -> None:
-    own = board(*trainings(["hrl-0", "ddqn"]))
+    own = board(rules(), trainings(["hrl-0", "ddqn"]))
     first, again = ([path.read_bytes() for path in save_leaderboard_figures(own, tmp_path)] for _ in range(2))
     assert first == again
     assert len(first) == 8

@@ -9,14 +9,11 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from hhrl_bench import leaderboard
 from hhrl_bench.figures import style
-from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.pareto import non_dominated
 from hhrl_bench.pareto_figure import draw_pareto, save_pareto
 from hhrl_bench.records import ResultRecord
-
-QUICK = leaderboard.read(Path(__file__).parents[2] / "leaderboards" / "quick.json")
+from support.boards import board, result
 
 
 def test_points_beaten_in_both_or_in_one_with_the_other_equal_are_dominated() -> None:
@@ -35,20 +32,12 @@ def test_every_point_is_on_the_front_or_beaten_by_one_that_is(points: list[tuple
 
 
 def placed(agent: str, steps: float, unsmooth: float, success: float) -> ResultRecord:
-    """Return a result with these means."""
-    result = QUICK.results[0]
-    numbers = {"steps": steps, "unsmooth": unsmooth, "success": success}
-    changed = {key: getattr(result.metrics, key).model_copy(update={"mean": value}) for key, value in numbers.items()}
-    return result.model_copy(update={"agent": agent, "metrics": result.metrics.model_copy(update=changed)})
-
-
-def board(*results: ResultRecord) -> LeaderboardRecord:
-    return QUICK.model_copy(update={"results": results})
+    return result(agent, steps=steps, unsmooth=unsmooth, success=success)
 
 
 def drawn(*results: ResultRecord) -> Figure:
     with style():
-        return draw_pareto(board(*results))
+        return draw_pareto(board(results))
 
 
 def marks(figure: Figure) -> dict[str, Line2D]:
@@ -85,9 +74,15 @@ def test_where_none_succeeds_all_are_shown() -> None:
     assert figure.axes[0].get_lines()[0].get_xydata().shape == (0, 2)  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize("change", [{"option": "stop"}, {"agent": "rule-1"}])
-def test_a_task_with_one_free_agent_has_no_figure(tmp_path: Path, change: dict[str, str]) -> None:
-    one, other = QUICK.results[0], QUICK.results[1].model_copy(update=change)
-    results = (one, other) if "option" in change else (one,)
-    assert save_pareto(board(*results), tmp_path) == []
+@pytest.mark.parametrize(
+    "results",
+    [
+        [result("rule-1")],
+        [result("rule-1"), result("rule-2", option="stop")],
+        [result("rule-1"), result("rule-2", "follow-v0")],
+    ],
+    ids=["one", "option-held", "another-task"],
+)
+def test_a_task_with_one_free_agent_has_no_figure(tmp_path: Path, results: list[ResultRecord]) -> None:
+    assert save_pareto(board(results), tmp_path) == []
     assert not [*tmp_path.iterdir()]
