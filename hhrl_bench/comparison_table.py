@@ -1,6 +1,6 @@
 """Comparisons as a table to read: agents a line, and how far each is from one and the same other agent."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
 
 from rich import box
@@ -8,8 +8,8 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from hhrl_bench.comparison_records import PairwiseRecord
-from hhrl_bench.table import COLUMNS, NONE, Column, print_widest
+from hhrl_bench.comparison_records import DifferenceRecord, PairwiseRecord, ProbabilityRecord
+from hhrl_bench.table import COLUMNS, NONE, print_widest
 
 SHOWN = ("success", "collision", "not_stop", "timeout", "steps", "unsmooth", "unsafe", "return_option", "return_action")
 """The first ones are shown longest where there is little room."""
@@ -72,19 +72,23 @@ def _table(comparisons: Sequence[PairwiseRecord], metrics: Sequence[str], interv
 
 def _cells(one: PairwiseRecord | None, *, intervals: bool) -> tuple[Text, Text]:
     """Return the difference, and the probability of having more."""
-    if one is None or (mean := one.difference.mean) is None:
+    if one is None:
         return Text(NONE), Text(NONE)
-    column, difference, more = _BY_KEY[one.metric], one.difference, one.probability_more
-    number, probability = Text(_signed(column, mean)), Text(f"{more.mean:.2f}" if more else NONE)
-    if intervals and difference.low is not None and difference.high is not None:
-        number.append(f"\n{_signed(column, difference.low)}, {_signed(column, difference.high)}", style="dim")
-    if intervals and more:
-        probability.append(f"\n{more.low:.2f}, {more.high:.2f}", style="dim")
-    return number, probability
+    column = _BY_KEY[one.metric]
+    scale, written = 100.0 if column.percent else 1.0, f"{{:+z.{column.digits}f}}".format
+    difference = _cell(one.difference, lambda value: written(value * scale), intervals=intervals)
+    return difference, _cell(one.probability_more, "{:.2f}".format, intervals=intervals)
 
 
-def _signed(column: Column, value: float) -> str:
-    return f"{value * (100.0 if column.percent else 1.0):+z.{column.digits}f}"
+def _cell(
+    number: DifferenceRecord | ProbabilityRecord | None, written: Callable[[float], str], *, intervals: bool
+) -> Text:
+    if number is None or number.mean is None:
+        return Text(NONE)
+    text = Text(written(number.mean))
+    if intervals and number.low is not None and number.high is not None:
+        text.append(f"\n{written(number.low)}, {written(number.high)}", style="dim")
+    return text
 
 
 def _notes(*, intervals: bool, all_shown: bool) -> str:
