@@ -10,7 +10,8 @@ penalties, a collision as charged with sigma_3 and a run line with v_e^2, each t
 
 How the unsafe penalties U and the collisions C split between the levels, and the charges L for running the line, are
 not printed: they are unknowns, like sigma, none of them negative. Only what always is the selected sub-goal's is known:
-C^o = L^a = 0 for Rule 1, which always follows, and C^a = L^o = 0 for Rule 2, which always stops.
+C^o = L^a = 0 for Rule 1, which always follows, and C^a = L^o = 0 for Rule 2, which always stops. No policy of Table I
+runs out of time.
 """
 
 import math
@@ -52,13 +53,13 @@ class Reading(NamedTuple):
 
 
 class _Program(NamedTuple):
-    """Rewards [2 x policies] = matrix @ unknowns; balance @ unknowns = total; bounds [unknowns, 2]."""
+    """Rewards [2 x policies] = matrix @ unknowns; balance @ unknowns = total; the bounds of each unknown."""
 
     matrix: FloatArray
     rewards: FloatArray
     balance: FloatArray
     total: FloatArray
-    bounds: FloatArray
+    bounds: list[tuple[float, float]]
 
 
 def recover(rows: Sequence[PaperRow], held: Mapping[str, float] | None = None) -> Reading:
@@ -85,13 +86,14 @@ def _solve(program: _Program, cost: FloatArray, largest: float) -> FloatArray:
     from scipy.optimize import linprog  # noqa: PLC0415
 
     margin = np.ones((len(program.rewards), 1))
+    within: FloatArray = np.block([[program.matrix, -margin], [-program.matrix, -margin]])
     outcome = linprog(
         cost,
-        A_ub=np.block([[program.matrix, -margin], [-program.matrix, -margin]]),
+        A_ub=within,
         b_ub=np.concatenate([program.rewards, -program.rewards]),
         A_eq=np.pad(program.balance, ((0, 0), (0, 1))),
         b_eq=program.total,
-        bounds=np.vstack([program.bounds, (0.0, largest)]),
+        bounds=[*program.bounds, (0.0, largest)],
     )
     return np.asarray(outcome.x, np.float64)
 
@@ -99,9 +101,9 @@ def _solve(program: _Program, cost: FloatArray, largest: float) -> FloatArray:
 def _program(rows: Sequence[PaperRow], held: Mapping[str, float]) -> _Program:
     unknowns = _FIRST + len(_SPLITS) * len(rows)
     matrix, balance = np.zeros((2, 2 * len(rows), unknowns))
-    bounds = np.tile((0.0, math.inf), (unknowns, 1))
+    bounds = [(0.0, math.inf)] * unknowns
     for name, value in held.items():
-        bounds[SIGMAS.index(name)] = value
+        bounds[SIGMAS.index(name)] = value, value
     for i, row in enumerate(rows):
         first = _FIRST + len(_SPLITS) * i
         option, action, unsafe, collision = matrix[2 * i], matrix[2 * i + 1], balance[2 * i], balance[2 * i + 1]
@@ -112,7 +114,8 @@ def _program(rows: Sequence[PaperRow], held: Mapping[str, float]) -> _Program:
         unsafe[[first + _UNSAFE_O, first + _UNSAFE_A]] = 1.0
         collision[[first + _COLLISION_O, first + _COLLISION_A]] = 1.0
         collision[2] = -row.collision / CASES
-        bounds[[first + split for split in _never(row)], 1] = 0.0
+        for split in _never(row):
+            bounds[first + split] = 0.0, 0.0
     rewards = np.array([(row.return_option, row.return_action) for row in rows]).ravel()
     total = np.array([(row.unsafe, 0.0) for row in rows]).ravel()
     return _Program(matrix, rewards, balance, total, bounds)
