@@ -3,7 +3,7 @@
 The paper does not print them. A policy's r^o and r^a are read as means over its cases of undiscounted episode sums, its
 "unsmoothness" as the mean number of steps that sigma_2 is charged for, its "unsafe" as the mean sum of both unsafe
 penalties, a collision as charged with sigma_3 and a run line with v_e^2, each to one level, as in
-:mod:`hhrl_envs.rewards`. With the steps n, the unsmoothness u and the share of success s of a policy::
+:mod:`hhrl_envs.rewards`. With the steps n, the unsmoothness u and the share of success s of a policy:
 
     r^o = -sigma_1 n + sigma_4 s               - U^o - C^o - L^o      U^o + U^a = unsafe
     r^a = -sigma_1 n + sigma_4 s - sigma_2 u   - U^a - C^a - L^a      C^o + C^a = sigma_3 * share of collisions
