@@ -8,6 +8,7 @@ import time
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import cast
 
 import typer
@@ -118,7 +119,8 @@ def robustness(agents: Sequence[str], episodes: int, *, as_json: bool) -> bool:
     suite = replace(cast(ScoreSuite, get_suite("robustness")), agents=tuple(agents), episodes=episodes)
     _require_playable(agents, get_task(suite.tasks[0]))
     command = shlex.join(["hhrl-bench", "robustness", *agents, "--episodes", str(episodes)])
-    board = _do(replace(suite_study(suite, Path("runs")), command=command), workers=1)
+    with TemporaryDirectory() as folder:
+        board = _do(replace(suite_study(suite, Path(folder)), command=command), workers=1)
     if board and as_json:
         typer.echo(board.model_dump_json(indent=2))
     elif board:
@@ -155,7 +157,7 @@ def _publish(study: Study, path: Path, workers: int | None) -> bool:
     if board is None:
         typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
         return False
-    written = leaderboard.write(board, path)
+    written = leaderboard.publish(board, path, study.store)
     _print_leaderboard(board)
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
     return True

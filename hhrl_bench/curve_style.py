@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
-from hhrl_bench.results import BOOTSTRAP_SEED
 from hhrl_bench.statistics import FloatArray, bootstrap_band
+from hhrl_bench.summaries import BOOTSTRAP_SEED
 
 BAND = "band: 95% interval of the mean over the seeds"
 

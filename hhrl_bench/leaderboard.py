@@ -8,12 +8,16 @@ from pydantic import ValidationError
 from pydantic.json_schema import GenerateJsonSchema
 
 from hhrl_agents.files import write_atomically
+from hhrl_bench.derived import derived
 from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.provenance import provenance
 from hhrl_bench.records import SCHEMA_VERSION, TaskRecord, TimedResult, first_problem
-from hhrl_bench.results import BOOTSTRAP_SEED, wall_seconds
+from hhrl_bench.results import wall_seconds
 from hhrl_bench.statistics import CONFIDENCE
+from hhrl_bench.store import Store
+from hhrl_bench.store import read as read_file
+from hhrl_bench.summaries import BOOTSTRAP_SEED
 from hhrl_bench.training_records import TrainingOutcomesRecord
 from hhrl_bench.transfer_records import TransferSetRecord
 
@@ -25,17 +29,20 @@ def build(
     tasks: Sequence[TaskRecord],
     results: Sequence[TimedResult],
     command: str,
+    store: Store,
     transfer: TransferSetRecord | None = None,
     trainings: Sequence[TrainingOutcomesRecord] = (),
 ) -> LeaderboardRecord:
-    """Return the leaderboard of finished units, made by ``command``."""
+    """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store."""
+    runs = [timed.result for timed in results]
     return LeaderboardRecord(
         schema_version=SCHEMA_VERSION,
         suite=suite,
         confidence=CONFIDENCE,
         bootstrap_seed=BOOTSTRAP_SEED,
         tasks=tuple(tasks),
-        results=tuple(timed.result for timed in results),
+        results=tuple(runs),
+        **derived(runs, trainings, store),
         transfer=transfer,
         trainings=tuple(trainings),
         provenance=provenance(command, wall_seconds(results)),
@@ -52,6 +59,22 @@ def write(leaderboard: LeaderboardRecord, path: Path) -> bool:
         return False
     write_atomically(path, leaderboard.model_dump_json(indent=2) + "\n")
     return True
+
+
+def publish(leaderboard: LeaderboardRecord, path: Path, source: Store) -> bool:
+    """Return what ``write`` does; the files that the leaderboard names are copied from a store to the one beside it.
+
+    Raises:
+        RecordError: if one of them is missing or has been changed.
+    """
+    target = Store(path.parent)
+    for result in leaderboard.results:
+        for run in result.runs:
+            if run.evidence_sha256:
+                target.add_evidence(read_file(source.evidence(run.evidence_sha256)))
+            if run.checkpoint_sha256:
+                target.add_checkpoint(read_file(source.checkpoint(run.checkpoint_sha256)))
+    return write(leaderboard, path)
 
 
 def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:

@@ -5,7 +5,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hhrl_bench.records import Count, Name, ProvenanceRecord, Rate, Record, ResultRecord, TaskRecord
+from hhrl_bench.comparison_records import PairwiseRecord
+from hhrl_bench.efficiency_records import EfficiencyRecord
+from hhrl_bench.method_records import MethodRecord
+from hhrl_bench.records import Count, Name, ProvenanceRecord, Rate, Record, ResultRecord, Sha256, TaskRecord
 from hhrl_bench.training_records import TrainingOutcomesRecord
 from hhrl_bench.transfer_records import TransferSetRecord
 
@@ -13,7 +16,10 @@ from hhrl_bench.transfer_records import TransferSetRecord
 class LeaderboardRecord(Record):
     """What ``hhrl-bench run`` and ``transfer`` write: agents on tasks; of a transfer, what every arm comes to.
 
-    A result of an arm has the method and the arm as its agent. ``trainings``: how the episodes of trainings ended.
+    A result of an arm has the method and the arm as its agent. ``methods``: those that runs were trained by.
+    ``comparisons``: of the success of every two agents on a task. ``trainings``: how the episodes of trainings ended;
+    ``efficiency``: the env steps that each of them needs; ``trainings_sha256``: their digests, as nothing else in the
+    entry could tell whether a number of a curve has been changed.
     """
 
     schema_version: Literal[1]
@@ -22,8 +28,12 @@ class LeaderboardRecord(Record):
     bootstrap_seed: Count
     tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1)]
     results: tuple[ResultRecord, ...]
+    methods: tuple[MethodRecord, ...] = ()
+    comparisons: tuple[PairwiseRecord, ...] = ()
     transfer: TransferSetRecord | None = None
     trainings: tuple[TrainingOutcomesRecord, ...] = ()
+    trainings_sha256: tuple[Sha256, ...] = ()
+    efficiency: tuple[EfficiencyRecord, ...] = ()
     provenance: ProvenanceRecord
 
     @model_validator(mode="after")

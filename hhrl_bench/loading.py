@@ -30,12 +30,13 @@ Kind = Literal["rule", "learned", "factory"]
 
 @dataclass(frozen=True)
 class LoadedAgent:
-    """An agent ready to play; a learned one with its checkpoint's sha256 and training."""
+    """An agent ready to play; a learned one with its checkpoint's sha256, path and training."""
 
     kind: Kind
     agent: Agent
     sha256: str | None = None
     training: TrainingRecord | None = None
+    path: Path | None = None
 
 
 def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
@@ -103,10 +104,15 @@ def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
     agent = checkpoints.load(path)
     _require_fit(agent.metadata, scenario, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return LoadedAgent("learned", agent, digest, _training(agent.metadata, path))
+    return LoadedAgent("learned", agent, digest, training_record(agent.metadata, path), path)
 
 
-def _training(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:
+def training_record(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:
+    """Return what a checkpoint's metadata say of its training.
+
+    Raises:
+        AgentError: if that cannot be.
+    """
     data = {name: metadata.get(name) for name in TrainingRecord.model_fields}
     try:
         return TrainingRecord.model_validate(data)

@@ -48,7 +48,10 @@ def metric_record(estimate: Estimate) -> MetricRecord:
 
 
 class MetricsRecord(Record):
-    """The task's reward and the nine columns of Table I; rates are fractions of 1."""
+    """The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.
+
+    ``impact_speed``, m/s, is that of the collisions; see :class:`hhrl_bench.episodes.EpisodeRecords`.
+    """
 
     return_task: MetricRecord
     return_option: MetricRecord
@@ -60,10 +63,13 @@ class MetricsRecord(Record):
     not_stop: MetricRecord
     timeout: MetricRecord
     success: MetricRecord
+    impact_speed: MetricRecord
+    smallest_gap: MetricRecord
+    smallest_ttc: MetricRecord
 
 
 class RunMetricsRecord(Record):
-    """The means over the episodes of one run."""
+    """The means over the episodes of one run that have the number; null: none has."""
 
     return_task: Finite
     return_option: Finite | None
@@ -75,6 +81,9 @@ class RunMetricsRecord(Record):
     not_stop: Rate
     timeout: Rate
     success: Rate
+    impact_speed: Finite | None
+    smallest_gap: Finite | None
+    smallest_ttc: Finite | None
 
 
 class TrainingRecord(Record):
@@ -109,23 +118,29 @@ class TrafficRecord(Record):
 
 
 class RunRecord(Record):
-    """One evaluated policy: the only one of a rule, or one training seed of a learned method."""
+    """One evaluated policy: the only one of a rule, or one training seed of a learned method.
+
+    ``evidence_sha256`` and ``checkpoint_sha256`` name files of the store beside the leaderboard; ``episodes_sha256`` is
+    the digest of the episodes' records.
+    """
 
     checkpoint_sha256: Sha256 | None
     training: TrainingRecord | None
+    evidence_sha256: Sha256 | None
     episodes_sha256: Sha256
     metrics: RunMetricsRecord
     traffic: RunTrafficRecord | None = None
 
 
 class ResultRecord(Record):
-    """One agent on one task: its runs and what they come to."""
+    """One agent on one task: its runs and what they come to; ``failed_seeds`` failed in training and have no run."""
 
     agent: Name
     kind: Literal["rule", "learned", "factory"]
     task: Name
     option: OptionName | None
     runs: Annotated[tuple[RunRecord, ...], Field(min_length=1)]
+    failed_seeds: tuple[Count, ...] = ()
     metrics: MetricsRecord
     traffic: TrafficRecord | None = None
 
@@ -152,14 +167,19 @@ class OpponentRecord(Record):
 class TaskRecord(Record):
     """A task as it was played: test episode i is the world of seed ``test_start + i``.
 
-    ``shared``: one policy drove all vehicles, and success means that all have succeeded.
+    ``golden_digest`` is that of the scenario's trajectories, see :mod:`hhrl_envs.golden`; the worlds of training and
+    validation begin at ``train_start`` and ``validation_start``. ``shared``: one policy drove all vehicles, and
+    success means that all have succeeded.
     """
 
     id: Name
     scenario: Name
     spec_hash: Sha256
     interface_hash: Sha256
+    golden_digest: Sha256
     env_steps: Positive
+    train_start: Count
+    validation_start: Count
     test_start: Count
     episodes: Positive
     shared: bool = False

@@ -44,6 +44,18 @@ class RunDirectory:
         """Return the path of the state of seeds that are trained side by side."""
         return self.folder / STATE_NAME.format(format_seeds(seeds))
 
+    def provenance(self, seeds: Sequence[int]) -> Path:
+        """Return the path of the provenance of seeds that were trained side by side."""
+        return self.folder / f"provenance-seeds-{format_seeds(seeds)}.json"
+
+    def seconds(self, seeds: Sequence[int]) -> float:
+        """Return how long the training of these seeds, which has ended, took; 0 if nothing says so."""
+        try:
+            record = json.loads(self.provenance(seeds).read_text(encoding="utf-8"))
+            return float(sum(record["wall_seconds"].values()))
+        except (OSError, KeyError, TypeError, ValueError, AttributeError):
+            return 0.0
+
     def finished(self, seeds: Sequence[int]) -> bool:
         """Return whether the training of all these seeds has ended."""
         return not self.state(seeds).exists() and all(self._ended(seed) for seed in seeds)

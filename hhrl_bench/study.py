@@ -14,6 +14,7 @@ from hhrl_bench.results import task_record
 from hhrl_bench.running import Stages, run_stages, transfer_record
 from hhrl_bench.seeds import format_seeds
 from hhrl_bench.source import load_source
+from hhrl_bench.store import Store
 from hhrl_bench.suite import Suite
 from hhrl_bench.suite_kinds import Kept
 from hhrl_bench.tasks import Task, get_task
@@ -33,6 +34,7 @@ class Study:
         tasks: that results are on, with this many test ``episodes`` each.
         stages: the units.
         kept: the units whose learning curves stand in the leaderboard.
+        store: where the units leave their evidence.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Study:
     episodes: int
     stages: Stages
     kept: Kept
+    store: Store
 
     def __post_init__(self) -> None:
         """Reject a number of episodes that a task does not have."""
@@ -62,14 +65,15 @@ class Study:
         results = [outcomes[unit.name] for stage in self.stages for unit in stage]
         tasks = [task_record(task, self.episodes) for task in self.tasks]
         trainings = [read_outcomes(training.folder, training.seeds) for training in self.kept.trainings]
-        return build(self.name, tasks, results, self.command, transfer_record(self.kept.transfers), trainings)
+        transfer = transfer_record(self.kept.transfers)
+        return build(self.name, tasks, results, self.command, self.store, transfer, trainings)
 
 
 def suite_study(suite: Suite, folder: Path) -> Study:
     """Return the study of a suite, whose trainings lie in ``folder``."""
     tasks = list(map(get_task, suite.tasks))
     command = f"hhrl-bench run --suite {suite.id}"
-    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.kept(folder))
+    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.kept(folder), Store(folder))
 
 
 def transfer_study(
@@ -95,7 +99,8 @@ def transfer_study(
             raise AgentError(
                 f"nothing of {loaded.method.id} can be reused in a training on {one.target.id}; name another target"
             )
-    units = [TransferArm(one, loaded.method.id, arm.id, episodes) for one, sensible in arms for arm in sensible]
+    store = Store(folder)
+    units = [TransferArm(one, loaded.method.id, arm.id, episodes, store) for one, sensible in arms for arm in sensible]
     words = ["hhrl-bench", "transfer", "--source", source, *(word for one in targets for word in ("--target", one))]
     words += ["--seeds", format_seeds(chosen), "--env-steps", str(env_steps), "--episodes", str(episodes)]
-    return Study("transfer", shlex.join(words), tasks, episodes, [units], Kept(transfers=transfers))
+    return Study("transfer", shlex.join(words), tasks, episodes, [units], Kept(transfers=transfers), store)

@@ -81,9 +81,15 @@ def test_a_unit_that_always_kills_its_worker_is_given_up(tmp_path: Path) -> None
     assert begun(tmp_path, "a") == ATTEMPTS
 
 
-def test_processes_and_this_one_give_equal_results() -> None:
-    units = [Evaluation(agent, TASK, 40) for agent in ("rule-1", "rule-4", "rule-plus")]
-    here, there = ({one.unit.name: one.outcome for one in run_units(units, workers)} for workers in (1, 2))
+def test_processes_and_this_one_give_equal_results(tmp_path: Path) -> None:
+    agents = ("rule-1", "rule-4", "rule-plus")
+    here, there = (
+        {
+            one.unit.name: one.outcome
+            for one in run_units([Evaluation(agent, TASK, 40, tmp_path / str(workers)) for agent in agents], workers)
+        }
+        for workers in (1, 2)
+    )
     for name, outcome in here.items():
         other = there[name]
         assert outcome is not None

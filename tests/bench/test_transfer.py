@@ -24,7 +24,7 @@ from hhrl_bench.tasks import get_task  # noqa: E402
 from hhrl_bench.transfer import Transfer  # noqa: E402
 from hhrl_bench.transfer_rows import recompute  # noqa: E402
 from hhrl_bench.units import Unit  # noqa: E402
-from hhrl_envs import get_scenario  # noqa: E402
+from hhrl_envs import Option, get_scenario  # noqa: E402
 from support.command_line import invoke  # noqa: E402
 from support.small_training import plan, small_methods  # noqa: E402
 
@@ -124,8 +124,8 @@ def test_in_a_target_with_one_sub_goal_zero_shot_holds_it(source: Path, tmp_path
     list(training.train(one.plan("zero-shot", one.load())))
     agent = policy(RunDirectory(one.folder_of("zero-shot")).best(0))
     scenario = get_scenario(target.scenario)
-    records = play(agent, scenario, target.test.take(8), rows=8)
-    held = play(policy(source / "seed-0.safetensors"), scenario, target.test.take(8), option=0, rows=8)  # type: ignore[arg-type]
+    records = play(agent, scenario, target.test.take(8), rows=8).records
+    held = play(policy(source / "seed-0.safetensors"), scenario, target.test.take(8), option=Option.SSL, rows=8).records
     assert records.digest() == held.digest()
 
 
