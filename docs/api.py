@@ -27,7 +27,7 @@ def publish(package: str) -> None:
 def build(folder: Path) -> None:
     """Return nothing; write a page for every module of the packages. A warning of pdoc's is an error."""
     warnings.simplefilter("error")
-    pdoc.render.configure(docformat="google")
+    pdoc.render.configure(docformat="google", show_source=False)
     for package in PACKAGES:
         publish(package)
     pdoc.pdoc(*PACKAGES, output_directory=folder)
