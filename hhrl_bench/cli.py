@@ -9,31 +9,16 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-AGENT_HELP = "A registered name, a checkpoint, a run directory, or module:factory."
-AgentArgument = Annotated[str, typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
-AgentsArgument = Annotated[list[str], typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
-TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
-HeldOption = Annotated[
-    str | None,
-    typer.Option(
-        "--option",
-        metavar="[stop|follow]",
-        help="Hold this option fixed: stop at the stop-line (the paper's SSL), or follow the front vehicle (FFV).",
-    ),
-]
-WorkersOption = Annotated[
-    int | None, typer.Option(min=1, help="Processes that work side by side.", show_default="the number of cores")
-]
-OpponentOption = Annotated[
-    str | None,
-    typer.Option(
-        "--opponent",
-        metavar="AGENT",
-        help="Who drives the nearest front vehicle of adversary-v0: an agent, or scripted.",
-        show_default="the task's",
-    ),
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
+from hhrl_bench.cli_options import (
+    AgentArgument,
+    AgentsArgument,
+    HeldOption,
+    JsonOption,
+    OpponentOption,
+    TaskOption,
+    WorkersOption,
+)
+from hhrl_bench.leaderboard_cli import leaderboard_app
 
 INTERRUPTED = 130
 
@@ -84,7 +69,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-leaderboard_app = typer.Typer(help="Read leaderboards.")
 app.add_typer(leaderboard_app, name="leaderboard")
 
 
@@ -227,15 +211,6 @@ def _sigma(json: JsonOption = False) -> None:
     _commands().sigma(as_json=json)
 
 
-@leaderboard_app.command("show")
-def _leaderboard_show(
-    file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/quick.json"),
-    json: JsonOption = False,
-) -> None:
-    """Print a leaderboard as a table."""
-    _commands().show_leaderboard(file, as_json=json)
-
-
 @app.command("figures")
 def _figures(
     file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/transfer.json"),
@@ -243,12 +218,6 @@ def _figures(
 ) -> None:
     """Draw the figures of a leaderboard file, as SVG and PNG."""
     _commands().figures(file, out)
-
-
-@leaderboard_app.command("schema")
-def _leaderboard_schema() -> None:
-    """Print the JSON schema of leaderboard files."""
-    _commands().show_schema()
 
 
 @app.command("watch")
