@@ -239,6 +239,12 @@ def _calibrate(
     raise typer.Exit(0 if held else 1)
 
 
+@app.command("sigma")
+def _sigma(json: JsonOption = False) -> None:
+    """Recover the constants of the paper's reward from its Table I, and show what guesses would leave."""
+    _commands().sigma(as_json=json)
+
+
 @app.command("figures")
 def _figures(
     file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/transfer.json"),

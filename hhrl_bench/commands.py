@@ -232,6 +232,17 @@ def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, c
     return record.holds
 
 
+def sigma(*, as_json: bool) -> None:
+    """Return nothing; print the constants of the reward that Table I implies."""
+    from hhrl_bench.sigma_report import measure, print_sigma  # noqa: PLC0415
+
+    record = measure()
+    if as_json:
+        typer.echo(record.model_dump_json(indent=2))
+    else:
+        print_sigma(_console(), record)
+
+
 def show_leaderboard(path: Path, *, as_json: bool) -> None:
     """Return nothing; print a leaderboard file as a table, or as the JSON it is."""
     board = leaderboard.read(path)
