@@ -224,10 +224,13 @@ def _calibrate(
 @leaderboard_app.command("show")
 def _leaderboard_show(
     file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/quick.json"),
+    details: Annotated[
+        bool, typer.Option("--details", help="Print worst seeds, severity, comparisons and efficiency too.")
+    ] = False,
     json: JsonOption = False,
 ) -> None:
-    """Print a leaderboard as a table."""
-    _commands().show_leaderboard(file, as_json=json)
+    """Print a leaderboard as tables."""
+    _commands().show_leaderboard(file, details=details, as_json=json)
 
 
 @app.command("figures")

@@ -20,6 +20,7 @@ from hhrl_bench import leaderboard
 from hhrl_bench.errors import AgentError
 from hhrl_bench.executors import Done
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.leaderboard_table import print_leaderboard
 from hhrl_bench.listing import LISTS, Rows
 from hhrl_bench.loading import load_agent, load_agents
 from hhrl_bench.players import OPTIONS
@@ -32,8 +33,6 @@ from hhrl_bench.study import Study, suite_study, transfer_study
 from hhrl_bench.suite import ScoreSuite, get_suite
 from hhrl_bench.table import print_results
 from hhrl_bench.tasks import Task, get_task
-from hhrl_bench.training_table import print_trainings
-from hhrl_bench.transfer_table import print_transfers
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
 
@@ -158,7 +157,7 @@ def _publish(study: Study, path: Path, workers: int | None) -> bool:
         typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
         return False
     written = leaderboard.publish(board, path, study.store)
-    _print_leaderboard(board)
+    print_leaderboard(_console(), board)
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
     return True
 
@@ -205,13 +204,13 @@ def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, c
     return record.holds
 
 
-def show_leaderboard(path: Path, *, as_json: bool) -> None:
-    """Return nothing; print a leaderboard file as a table, or as the JSON it is."""
+def show_leaderboard(path: Path, *, details: bool, as_json: bool) -> None:
+    """Return nothing; print a leaderboard file as tables, in ``details`` or not, or as the JSON it is."""
     board = leaderboard.read(path)
     if as_json:
         typer.echo(board.model_dump_json(indent=2))
     else:
-        _print_leaderboard(board)
+        print_leaderboard(_console(), board, details=details)
 
 
 def show_schema() -> None:
@@ -255,16 +254,6 @@ def _option(spelling: str | None) -> OptionName | None:
     return None if spelling is None else cast(OptionName, names[spelling.lower()])
 
 
-def _print_leaderboard(board: LeaderboardRecord) -> None:
-    console = _console()
-    for task in board.tasks:
-        print_results(console, task, [result for result in board.results if result.task == task.id])
-    if board.transfer:
-        print_transfers(console, board.transfer.rows)
-    if board.trainings:
-        print_trainings(console, board.trainings)
-
-
 def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) -> None:
     if as_json:
         typer.echo(json.dumps(rows, indent=2))
@@ -283,5 +272,7 @@ def _said(value: object) -> str:
 
 def _console() -> Console:
     """Return the console of stdout; wide enough for any table where that is no terminal and COLUMNS is not set."""
-    console = Console()
-    return console if console.is_terminal or "COLUMNS" in os.environ else Console(width=PLAIN_WIDTH)
+    console = Console(markup=False, emoji=False)  # names are text, whatever brackets and colons they hold
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = PLAIN_WIDTH
+    return console
