@@ -75,10 +75,10 @@ def test_its_run_directories_hold_the_same_curves(folder: Path, board: Leaderboa
 
 def test_a_stopped_suite_goes_on_to_the_same_leaderboard(board: LeaderboardRecord, tmp_path: Path) -> None:
     study = suite_study(SUITE, tmp_path)
-    running = study.run(workers=1)
+    running = study.run()
     next(running)
     running.close()  # type: ignore[attr-defined]
-    again = study.leaderboard(list(study.run(workers=1)))
+    again = study.leaderboard(list(study.run()))
     assert again.model_dump_json(exclude={"provenance"}) == board.model_dump_json(exclude={"provenance"})
 
 
