@@ -38,6 +38,10 @@ class LeaderboardRecord(Record):
     efficiency: tuple[EfficiencyRecord, ...] = ()
     provenance: ProvenanceRecord
 
+    def on(self, task: TaskRecord) -> list[ResultRecord]:
+        """Return the results on a task, in their order."""
+        return [result for result in self.results if result.task == task.id]
+
     @model_validator(mode="after")
     def _all_are_of_known_tasks_and_unique(self) -> Self:
         self._require("result", [(result.agent, result.task) for result in self.results])
