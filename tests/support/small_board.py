@@ -32,7 +32,7 @@ def publish(folder: Path) -> Path:
     store = Store(folder)
     done = [Evaluation(agent, get_task(task), EPISODES, folder).run() for agent, task in PAIRS]
     tasks = [task_record(get_task(task), EPISODES) for task in dict.fromkeys(task for _, task in PAIRS)]
-    board = leaderboard.build("small", tasks, done, "make it", store, _transfer(), TRAININGS)
+    board = leaderboard.build("small", tasks, done, "make it", store, trainings=TRAININGS)
     path = folder / "published" / "small.json"
     path.parent.mkdir()
     leaderboard.publish(board, path, store)
