@@ -22,8 +22,8 @@ PAIRS = (
     ("follow-only", "adversary-v0"),
 )
 TRAININGS = (
-    training([[0.0, 0.95, 0.5, 0.9], [0.1, 0.25, 0.8, None]], seeds=(0, 3)),
-    training([[0.0, 0.1, 0.3, 0.94]], method="platoon", task="platoon-v0"),
+    training([[0.0, 0.95, 0.5, 0.9], [0.1, 0.25, 0.8, 0.93], *[[0.0, 0.25, 0.9, 0.95]] * 3]),
+    training([[0.0, 0.1, 0.3, 0.94]] * 3, method="platoon", task="platoon-v0"),
 )
 
 
