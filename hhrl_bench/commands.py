@@ -31,6 +31,7 @@ from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
 from hhrl_bench.seeds import MAX_TRAINING_SEED, parse_seeds
 from hhrl_bench.status import print_status, study_board, study_status
+from hhrl_bench.store import Store
 from hhrl_bench.study import Study, suite_study, transfer_study
 from hhrl_bench.study_view import study_view
 from hhrl_bench.suite import ScoreSuite, get_suite
@@ -208,7 +209,8 @@ def figures(path: Path, out: Path | None) -> None:
     require("matplotlib", "report")
     from hhrl_bench.leaderboard_figures import save_leaderboard_figures  # noqa: PLC0415
 
-    for file in save_leaderboard_figures(leaderboard.read(path), out or path.with_suffix("")):
+    board, folder = leaderboard.read(path), out or path.with_suffix("")
+    for file in save_leaderboard_figures(board, Store(path.parent), folder):
         typer.echo(f"wrote {file}", err=True)
 
 
