@@ -1,20 +1,18 @@
 """Every agent of a task compared to one and the same reference: the agent that succeeds most often."""
 
-from collections.abc import Sequence
-
 from hhrl_bench.comparison_records import DifferenceRecord, PairwiseRecord, ProbabilityRecord
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.records import ResultRecord, TaskRecord
 
 
-def by_success(results: Sequence[ResultRecord]) -> list[ResultRecord]:
-    """Return the results, the most successful first; equal ones keep their order."""
-    return sorted(results, key=lambda result: -(result.metrics.success.mean or 0.0))
+def success(result: ResultRecord) -> float:
+    """Return how often a result succeeds, from 0 to 1."""
+    return result.metrics.success.mean or 0.0
 
 
 def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[PairwiseRecord]:
     """Return the comparison of every other agent to the most successful one of a task, in the order of the results."""
-    best = {result.agent for result in by_success(board.on(task))[:1]}
+    best = {max(results, key=success).agent} if (results := board.on(task)) else set()
     pairs = [one for one in board.comparisons if one.task == task.id and best & {one.agent, one.other}]
     return [one if one.other in best else _turned(one) for one in pairs]
 
