@@ -170,10 +170,24 @@ def _analyse(
 @app.command("run")
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
+    agent: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--agent",
+            metavar="AGENT",
+            help="Score this agent on the suite's tasks in place of the suite's own; may be repeated.",
+            show_default="the suite's",
+        ),
+    ] = None,
     status: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Run nothing: say how far the suite with this --work folder is.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="leaderboards/SUITE.json")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Leaderboard file.", show_default="leaderboards/SUITE.json, or with --agent runs/SUITE/entry.json"
+        ),
+    ] = None,
     work: Annotated[Path | None, typer.Option(help="Folder of its trainings.", show_default="runs/SUITE")] = None,
     executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
@@ -186,7 +200,7 @@ def _run(
         commands.status(status)
         return
     execution = commands.execution(executor.value, workers, address, unit_timeout)
-    raise typer.Exit(0 if commands.run(suite, out, work, execution) else 1)
+    raise typer.Exit(0 if commands.run(suite, agent or (), out, work, execution) else 1)
 
 
 @app.command("transfer")
@@ -223,6 +237,12 @@ def _calibrate(
     """Fit a world to the paper's Table I and print what is left; exit code 1 if an outcome leaves its interval."""
     held = _commands().calibrate(seed, generations, episodes, out, check=check)
     raise typer.Exit(0 if held else 1)
+
+
+@app.command("sigma")
+def _sigma(json: JsonOption = False) -> None:
+    """Recover the constants of the paper's reward from its Table I, and show what guesses would leave."""
+    _commands().sigma(as_json=json)
 
 
 @app.command("figures")

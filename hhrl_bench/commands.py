@@ -136,11 +136,17 @@ def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None
     analysis_command.run(_console(), agent, task, episodes, episode, out, as_json=as_json)
 
 
-def run(suite_id: str, out: Path | None, work: Path | None, execution: Execution) -> bool:
-    """Return whether every unit of the suite was done; write and print its leaderboard."""
+def run(suite_id: str, agents: Sequence[str], out: Path | None, work: Path | None, execution: Execution) -> bool:
+    """Return whether every unit of the suite was done; write and print its leaderboard, or that of other agents."""
     folder = work or Path("runs") / suite_id
-    study = suite_study(get_suite(suite_id), folder)
-    return _publish(study, out or Path("leaderboards") / f"{suite_id}.json", folder, execution)
+    if not agents:
+        study = suite_study(get_suite(suite_id), folder)
+        return _publish(study, out or Path("leaderboards") / f"{suite_id}.json", folder, execution)
+    suite = get_suite(suite_id)
+    study = suite_study(ScoreSuite(suite.id, tuple(agents), suite.tasks, suite.episodes), folder)
+    _require_playable(agents, get_task(suite.tasks[0]))
+    words = ["hhrl-bench", "run", "--suite", suite_id, *(word for agent in agents for word in ("--agent", agent))]
+    return _publish(replace(study, command=shlex.join(words)), out or folder / "entry.json", folder, execution)
 
 
 def execution(
@@ -237,6 +243,17 @@ def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, c
     if out is not None:
         typer.echo(f"wrote {out}", err=True)
     return record.holds
+
+
+def sigma(*, as_json: bool) -> None:
+    """Return nothing; print the constants of the reward that Table I implies."""
+    from hhrl_bench.sigma_report import measure, print_sigma  # noqa: PLC0415
+
+    record = measure()
+    if as_json:
+        typer.echo(record.model_dump_json(indent=2))
+    else:
+        print_sigma(_console(), record)
 
 
 def show_leaderboard(path: Path, *, details: bool, as_json: bool) -> None:
