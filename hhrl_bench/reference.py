@@ -1,6 +1,7 @@
-"""Every agent of a task compared to one and the same reference: the agent that succeeds most often."""
+"""The reference of a task: the agent that succeeds most often, to which every other one is compared."""
 
-from hhrl_bench.comparison_records import DifferenceRecord, PairwiseRecord, ProbabilityRecord
+from hhrl_bench.comparison_records import PairwiseRecord
+from hhrl_bench.comparisons import against
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.records import ResultRecord, TaskRecord
 
@@ -12,27 +13,7 @@ def success(result: ResultRecord) -> float:
 
 def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[PairwiseRecord]:
     """Return the comparison of every other agent to the most successful one of a task, in the order of the results."""
-    best = {max(results, key=success).agent} if (results := board.on(task)) else set()
-    pairs = [one for one in board.comparisons if one.task == task.id and best & {one.agent, one.other}]
-    return [one if one.other in best else _turned(one) for one in pairs]
-
-
-def _turned(one: PairwiseRecord) -> PairwiseRecord:
-    """Return the comparison of the other agent to the agent."""
-    more = one.probability_more
-    return PairwiseRecord(
-        agent=one.other,
-        other=one.agent,
-        task=one.task,
-        metric=one.metric,
-        runs=one.other_runs,
-        other_runs=one.runs,
-        episodes=one.episodes,
-        difference=_negated(one.difference),
-        probability_more=more and ProbabilityRecord(mean=1.0 - more.mean, low=1.0 - more.high, high=1.0 - more.low),
-    )
-
-
-def _negated(one: DifferenceRecord) -> DifferenceRecord:
-    mean, low, high = (None if number is None else -number for number in (one.mean, one.high, one.low))
-    return DifferenceRecord(mean=mean, low=low, high=high, interval=one.interval)
+    results = board.on(task)
+    if not results:
+        return []
+    return against(max(results, key=success).agent, [one for one in board.comparisons if one.task == task.id])
