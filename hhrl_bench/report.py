@@ -6,11 +6,13 @@ Needs the ``report`` extra. The page loads nothing and runs nothing; equal leade
 import json
 from base64 import b64encode
 from collections.abc import Iterator, Mapping
+from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from PIL import Image
 
 from hhrl_bench import sheets
 from hhrl_bench.cells import NONE
@@ -22,10 +24,8 @@ from hhrl_bench.reference import compared_to_best
 from hhrl_bench.seeds import format_seeds
 from hhrl_bench.sheets import Sheet
 
-LARGEST_SVG = 150_000
-"""Bytes; a figure with a larger SVG is shown as PNG."""
-
-_TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
+LARGEST_SVG, COLOURS = 90_000, 64
+"""Bytes; a figure whose SVG has more is shown as a PNG of so many colours."""
 
 
 class Figure(NamedTuple):
@@ -54,7 +54,7 @@ def html(board: LeaderboardRecord) -> str:
     )
     return environment.get_template("report.html").render(
         board=board,
-        none=NONE,
+        dash=NONE,
         agents=list(dict.fromkeys(result.agent for result in board.results)),
         seeds=_seeds(board),
         sections=[_section(board, task) for task in board.tasks],
@@ -93,13 +93,21 @@ def _figures(board: LeaderboardRecord) -> list[Figure]:
             written = save_leaderboard_figures(board, Path(folder))
         except RecordError:
             return []
-        vectors = [path for path in written if path.suffix == ".svg"]
-        return [_figure(path if path.stat().st_size <= LARGEST_SVG else path.with_suffix(".png")) for path in vectors]
+        return [_figure(path) for path in written if path.suffix == ".svg"]
 
 
 def _figure(path: Path) -> Figure:
-    encoded = b64encode(path.read_bytes()).decode()
-    return Figure(path.stem.replace("-", " "), f"data:{_TYPES[path.suffix]};base64,{encoded}")
+    vector = path.read_bytes()
+    kind, content = ("svg+xml", vector) if len(vector) <= LARGEST_SVG else ("png", _small(path.with_suffix(".png")))
+    return Figure(path.stem.replace("-", " "), f"data:image/{kind};base64,{b64encode(content).decode()}")
+
+
+def _small(path: Path) -> bytes:
+    """Return a PNG with few colours."""
+    out = BytesIO()
+    with Image.open(path) as image:
+        image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+    return out.getvalue()
 
 
 def _flat(config: Mapping[str, Any], under: str = "") -> Iterator[tuple[str, str]]:
