@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hhrl_agents.files import require_writable
+from hhrl_agents.files import OutputError, require_writable, write_atomically
 from hhrl_bench import leaderboard
 from hhrl_bench.attempts import Done
 from hhrl_bench.board import Board
@@ -212,6 +212,20 @@ def figures(path: Path, out: Path | None) -> None:
     board, folder = leaderboard.read(path), out or path.with_suffix("")
     for file in save_leaderboard_figures(board, Store(path.parent), folder):
         typer.echo(f"wrote {file}", err=True)
+
+
+def report(path: Path, out: Path | None) -> None:
+    """Return nothing; write the page of a leaderboard file, beside it by default."""
+    require("jinja2", "report")
+    require("matplotlib", "report")
+    from hhrl_bench.report import html  # noqa: PLC0415
+
+    board, page = leaderboard.read(path), out or path.with_suffix(".html")
+    if page.resolve() == path.resolve():
+        raise OutputError(f"cannot write {page}: it is the leaderboard; name another --out")
+    require_writable(page)
+    write_atomically(page, html(board))
+    typer.echo(f"wrote {page}", err=True)
 
 
 def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, check: bool) -> bool:
