@@ -72,6 +72,7 @@ def _verify(
         yield from verify(board, store, level, update, sample, seed)
         if fresh is not None:
             yield from check_fresh(board, store, fresh, seed, update)
+    yield from leaderboard.respelt(path, board)
 
 
 def _print(found: dict[str, list[Finding]], level: Level) -> None:
