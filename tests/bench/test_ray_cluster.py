@@ -1,6 +1,7 @@
 """A Ray cluster of three nodes on this machine: results equal to the local executor's while one node is killed."""
 
 import os
+import secrets
 import signal
 import socket
 import subprocess
@@ -27,10 +28,21 @@ NODES = ("one", "two", "three")
 
 
 class Cluster(NamedTuple):
-    """The address of a cluster, and the mark of its processes."""
+    """The address of a cluster, the mark of its processes, and the file with the token that they ask for."""
 
     address: str
     mark: str
+    token: Path
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """The options of a run on it."""
+        return "--executor", "ray", "--address", self.address
+
+    @property
+    def access(self) -> dict[str, str]:
+        """The environment of a process that may join."""
+        return {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN_PATH": str(self.token)}
 
     def processes(self, word: str = "") -> list[int]:
         """Return its processes whose command holds a word."""
@@ -58,8 +70,15 @@ def cluster() -> Iterator[Cluster]:
         one.bind(("127.0.0.1", 0))
         port = one.getsockname()[1]
     with tempfile.TemporaryDirectory(prefix="ray") as folder:  # short: sockets lie in it
-        cluster = Cluster(f"127.0.0.1:{port}", f"{os.getpid()}-{port}")
-        head = ["--head", f"--port={port}", "--node-ip-address=127.0.0.1", f"--temp-dir={folder}"]
+        cluster = Cluster(f"127.0.0.1:{port}", f"{os.getpid()}-{port}", Path(folder) / "token")
+        cluster.token.write_text(secrets.token_hex(32))
+        head = [
+            "--head",
+            "--include-dashboard=false",
+            f"--port={port}",
+            "--node-ip-address=127.0.0.1",
+            f"--temp-dir={folder}",
+        ]
         try:
             for name in NODES:
                 place = head if name == NODES[0] else [f"--address={cluster.address}"]
@@ -70,9 +89,9 @@ def cluster() -> Iterator[Cluster]:
 
 
 def ray_start(cluster: Cluster, *options: str) -> None:
-    size = ["--num-cpus=1", "--num-gpus=0", "--object-store-memory=100000000", "--include-dashboard=false"]
+    size = ["--num-cpus=1", "--num-gpus=0", "--object-store-memory=100000000"]
     program = Path(sys.executable).with_name("ray")
-    more = {MARK: cluster.mark, "RAY_USAGE_STATS_ENABLED": "0", "OMP_NUM_THREADS": "1"}
+    more = {MARK: cluster.mark, "OMP_NUM_THREADS": "1", **cluster.access}
     command = [str(program), "start", "--disable-usage-stats", *size, *options]
     done = subprocess.run(command, env=environment(**more), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -81,7 +100,9 @@ def ray_start(cluster: Cluster, *options: str) -> None:
 def test_a_cluster_that_loses_a_node_gives_the_results_of_one_machine(cluster: Cluster, tmp_path: Path) -> None:
     local, far = tmp_path / "local", tmp_path / "far"
     board = Board(far / "work" / "progress")
-    with start("forty", far, "--executor", "ray", "--address", cluster.address) as driver:
+    with start(
+        "forty", far, "--executor", "ray", "--address", cluster.address, env=environment(**cluster.access)
+    ) as driver:
         wait_until(lambda: driver.poll() is not None or sum(one.state == "running" for one in trainings(board)) == 3)
         assert len(cluster.processes("--node-name=three")) > 0
         cluster.kill("--node-name=three")
@@ -95,10 +116,14 @@ def test_a_cluster_that_loses_a_node_gives_the_results_of_one_machine(cluster: C
 
 def test_a_driver_that_is_killed_leaves_no_task_and_its_run_goes_on(cluster: Cluster, tmp_path: Path) -> None:
     board = Board(tmp_path / "work" / "progress")
-    with start("four", tmp_path, "--executor", "ray", "--address", cluster.address) as driver:
+    with start(
+        "four", tmp_path, "--executor", "ray", "--address", cluster.address, env=environment(**cluster.access)
+    ) as driver:
         wait_until(lambda: driver.poll() is not None or any(one.done > 0 for one in trainings(board)))
         driver.kill()
-    code, said = finish("four", tmp_path, "--executor", "ray", "--address", cluster.address)
+    code, said = finish(
+        "four", tmp_path, "--executor", "ray", "--address", cluster.address, env=environment(**cluster.access)
+    )
     assert code == 0, said
     assert len(list(tmp_path.rglob("result-*.json"))) == 4
 

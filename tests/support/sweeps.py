@@ -24,8 +24,8 @@ def command(suite: str, folder: Path, *options: str) -> list[str]:
 
 def start(suite: str, folder: Path, *options: str, **more: Any) -> subprocess.Popen[str]:
     """Return the process that runs a suite."""
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(command(suite, folder, *options), env=environment(), **{**pipes, **more})
+    usual = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment()}
+    return subprocess.Popen(command(suite, folder, *options), **{**usual, **more})
 
 
 def finish(suite: str, folder: Path, *options: str, **more: Any) -> tuple[int, str]:
