@@ -2,13 +2,14 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help bench test lint benchmark interop cluster kills
+.PHONY: help bench test lint benchmark docs interop cluster kills
 
 help:
 	@echo "make bench      score the agents of the quick suite, print and write their leaderboard"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
 	@echo "make benchmark  measure the simulator's speed, next to its peers'"
+	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
@@ -28,6 +29,9 @@ lint: .venv/installed-dev
 
 benchmark: .venv/installed-peers
 	$(BIN)/pytest tests/benchmarks -p no:xdist --benchmark-columns=min,median,rounds
+
+docs: .venv/installed-docs
+	$(BIN)/python docs/api.py site
 
 interop: .venv-ray/installed-interop
 	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/test_interop_rllib.py

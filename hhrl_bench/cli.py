@@ -9,51 +9,20 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-
-class Executor(StrEnum):
-    """Who can do the units of a suite."""
-
-    LOCAL = "local"
-    RAY = "ray"
-
-
-AGENT_HELP = "A registered name, a checkpoint, a run directory, or module:factory."
-AgentArgument = Annotated[str, typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
-AgentsArgument = Annotated[list[str], typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
-TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
-HeldOption = Annotated[
-    str | None,
-    typer.Option(
-        "--option",
-        metavar="[stop|follow]",
-        help="Hold this option fixed: stop at the stop-line (the paper's SSL), or follow the front vehicle (FFV).",
-    ),
-]
-WorkersOption = Annotated[
-    int | None, typer.Option(min=1, help="Processes of this machine, side by side.", show_default="the number of cores")
-]
-ExecutorOption = Annotated[
-    Executor, typer.Option(help="Who does the units: processes of this machine, or a Ray cluster (the ray extra).")
-]
-AddressOption = Annotated[
-    str | None, typer.Option(metavar="HOST:PORT", help="The Ray cluster's.", show_default="this machine's cluster")
-]
-UnitTimeoutOption = Annotated[
-    float | None,
-    typer.Option(
-        min=0.01, metavar="MINUTES", help="End a worker that reports nothing for so long.", show_default="never"
-    ),
-]
-OpponentOption = Annotated[
-    str | None,
-    typer.Option(
-        "--opponent",
-        metavar="AGENT",
-        help="Who drives the nearest front vehicle of adversary-v0: an agent, or scripted.",
-        show_default="the task's",
-    ),
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
+from hhrl_bench.cli_options import (
+    AddressOption,
+    AgentArgument,
+    AgentsArgument,
+    Executor,
+    ExecutorOption,
+    HeldOption,
+    JsonOption,
+    OpponentOption,
+    TaskOption,
+    UnitTimeoutOption,
+    WorkersOption,
+)
+from hhrl_bench.leaderboard_cli import leaderboard_app
 
 INTERRUPTED = 130
 
@@ -104,7 +73,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-leaderboard_app = typer.Typer(help="Read leaderboards.")
 app.add_typer(leaderboard_app, name="leaderboard")
 
 
@@ -202,10 +170,24 @@ def _analyse(
 @app.command("run")
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
+    agent: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--agent",
+            metavar="AGENT",
+            help="Score this agent on the suite's tasks in place of the suite's own; may be repeated.",
+            show_default="the suite's",
+        ),
+    ] = None,
     status: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Run nothing: say how far the suite with this --work folder is.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="leaderboards/SUITE.json")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Leaderboard file.", show_default="leaderboards/SUITE.json, or with --agent runs/SUITE/entry.json"
+        ),
+    ] = None,
     work: Annotated[Path | None, typer.Option(help="Folder of its trainings.", show_default="runs/SUITE")] = None,
     executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
@@ -218,7 +200,7 @@ def _run(
         commands.status(status)
         return
     execution = commands.execution(executor.value, workers, address, unit_timeout)
-    raise typer.Exit(0 if commands.run(suite, out, work, execution) else 1)
+    raise typer.Exit(0 if commands.run(suite, agent or (), out, work, execution) else 1)
 
 
 @app.command("transfer")
@@ -257,13 +239,10 @@ def _calibrate(
     raise typer.Exit(0 if held else 1)
 
 
-@leaderboard_app.command("show")
-def _leaderboard_show(
-    file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/quick.json"),
-    json: JsonOption = False,
-) -> None:
-    """Print a leaderboard as a table."""
-    _commands().show_leaderboard(file, as_json=json)
+@app.command("sigma")
+def _sigma(json: JsonOption = False) -> None:
+    """Recover the constants of the paper's reward from its Table I, and show what guesses would leave."""
+    _commands().sigma(as_json=json)
 
 
 @app.command("figures")
@@ -273,12 +252,6 @@ def _figures(
 ) -> None:
     """Draw the figures of a leaderboard file, as SVG and PNG."""
     _commands().figures(file, out)
-
-
-@leaderboard_app.command("schema")
-def _leaderboard_schema() -> None:
-    """Print the JSON schema of leaderboard files."""
-    _commands().show_schema()
 
 
 @app.command("watch")

@@ -21,6 +21,7 @@ from hhrl_bench.board import Board
 from hhrl_bench.errors import AgentError, ClusterError
 from hhrl_bench.executors import HERE, Execution
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.leaderboard_table import print_leaderboard
 from hhrl_bench.listing import LISTS, Rows
 from hhrl_bench.loading import load_agent, load_agents
 from hhrl_bench.players import OPTIONS
@@ -35,8 +36,6 @@ from hhrl_bench.study_view import study_view
 from hhrl_bench.suite import ScoreSuite, get_suite
 from hhrl_bench.table import print_results
 from hhrl_bench.tasks import Task, get_task
-from hhrl_bench.training_table import print_trainings
-from hhrl_bench.transfer_table import print_transfers
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
 
@@ -137,11 +136,17 @@ def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None
     analysis_command.run(_console(), agent, task, episodes, episode, out, as_json=as_json)
 
 
-def run(suite_id: str, out: Path | None, work: Path | None, execution: Execution) -> bool:
-    """Return whether every unit of the suite was done; write and print its leaderboard."""
+def run(suite_id: str, agents: Sequence[str], out: Path | None, work: Path | None, execution: Execution) -> bool:
+    """Return whether every unit of the suite was done; write and print its leaderboard, or that of other agents."""
     folder = work or Path("runs") / suite_id
-    study = suite_study(get_suite(suite_id), folder)
-    return _publish(study, out or Path("leaderboards") / f"{suite_id}.json", folder, execution)
+    if not agents:
+        study = suite_study(get_suite(suite_id), folder)
+        return _publish(study, out or Path("leaderboards") / f"{suite_id}.json", folder, execution)
+    suite = get_suite(suite_id)
+    study = suite_study(ScoreSuite(suite.id, tuple(agents), suite.tasks, suite.episodes), folder)
+    _require_playable(agents, get_task(suite.tasks[0]))
+    words = ["hhrl-bench", "run", "--suite", suite_id, *(word for agent in agents for word in ("--agent", agent))]
+    return _publish(replace(study, command=shlex.join(words)), out or folder / "entry.json", folder, execution)
 
 
 def execution(
@@ -180,7 +185,7 @@ def _publish(study: Study, path: Path, folder: Path, execution: Execution) -> bo
         typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
         return False
     written = leaderboard.publish(board, path, study.store)
-    _print_leaderboard(board)
+    print_leaderboard(_console(), board)
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
     return True
 
@@ -226,13 +231,24 @@ def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, c
     return record.holds
 
 
-def show_leaderboard(path: Path, *, as_json: bool) -> None:
-    """Return nothing; print a leaderboard file as a table, or as the JSON it is."""
+def sigma(*, as_json: bool) -> None:
+    """Return nothing; print the constants of the reward that Table I implies."""
+    from hhrl_bench.sigma_report import measure, print_sigma  # noqa: PLC0415
+
+    record = measure()
+    if as_json:
+        typer.echo(record.model_dump_json(indent=2))
+    else:
+        print_sigma(_console(), record)
+
+
+def show_leaderboard(path: Path, *, details: bool, as_json: bool) -> None:
+    """Return nothing; print a leaderboard file as tables, in ``details`` or not, or as the JSON it is."""
     board = leaderboard.read(path)
     if as_json:
         typer.echo(board.model_dump_json(indent=2))
     else:
-        _print_leaderboard(board)
+        print_leaderboard(_console(), board, details=details)
 
 
 def show_schema() -> None:
@@ -276,16 +292,6 @@ def _option(spelling: str | None) -> OptionName | None:
     return None if spelling is None else cast(OptionName, names[spelling.lower()])
 
 
-def _print_leaderboard(board: LeaderboardRecord) -> None:
-    console = _console()
-    for task in board.tasks:
-        print_results(console, task, [result for result in board.results if result.task == task.id])
-    if board.transfer:
-        print_transfers(console, board.transfer.rows)
-    if board.trainings:
-        print_trainings(console, board.trainings)
-
-
 def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) -> None:
     if as_json:
         typer.echo(json.dumps(rows, indent=2))
@@ -304,5 +310,7 @@ def _said(value: object) -> str:
 
 def _console() -> Console:
     """Return the console of stdout; wide enough for any table where that is no terminal and COLUMNS is not set."""
-    console = Console()
-    return console if console.is_terminal or "COLUMNS" in os.environ else Console(width=PLAIN_WIDTH)
+    console = Console(markup=False, emoji=False)  # names are text, whatever brackets and colons they hold
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = PLAIN_WIDTH
+    return console

@@ -1,7 +1,7 @@
 """Leaderboards: results built into one record, written whole, and read back strictly."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -16,7 +16,6 @@ from hhrl_bench.records import SCHEMA_VERSION, TaskRecord, TimedResult, first_pr
 from hhrl_bench.results import wall_seconds
 from hhrl_bench.statistics import CONFIDENCE
 from hhrl_bench.store import Store
-from hhrl_bench.store import read as read_file
 from hhrl_bench.summaries import BOOTSTRAP_SEED
 from hhrl_bench.training_records import TrainingOutcomesRecord
 from hhrl_bench.transfer_records import TransferSetRecord
@@ -34,7 +33,10 @@ def build(
     trainings: Sequence[TrainingOutcomesRecord] = (),
     executor: str = "local",
 ) -> LeaderboardRecord:
-    """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store."""
+    """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store.
+
+    The checkpoints of transfers, which are many, are not to be published.
+    """
     runs = [timed.result for timed in results]
     return LeaderboardRecord(
         schema_version=SCHEMA_VERSION,
@@ -43,7 +45,8 @@ def build(
         bootstrap_seed=BOOTSTRAP_SEED,
         tasks=tuple(tasks),
         results=tuple(runs),
-        **derived(runs, trainings, store),
+        checkpoints_published=transfer is None,
+        **derived(runs, trainings, store, checkpoints=transfer is None),
         transfer=transfer,
         trainings=tuple(trainings),
         provenance=provenance(command, wall_seconds(results), executor),
@@ -69,13 +72,19 @@ def publish(leaderboard: LeaderboardRecord, path: Path, source: Store) -> bool:
         RecordError: if one of them is missing or has been changed.
     """
     target = Store(path.parent)
+    for file in named_files(leaderboard, source):
+        target.copy(file)
+    return write(leaderboard, path)
+
+
+def named_files(leaderboard: LeaderboardRecord, store: Store) -> Iterator[Path]:
+    """Return the files of a store that a leaderboard names."""
     for result in leaderboard.results:
         for run in result.runs:
             if run.evidence_sha256:
-                target.add_evidence(read_file(source.evidence(run.evidence_sha256)))
-            if run.checkpoint_sha256:
-                target.add_checkpoint(read_file(source.checkpoint(run.checkpoint_sha256)))
-    return write(leaderboard, path)
+                yield store.evidence(run.evidence_sha256)
+            if run.checkpoint_sha256 and leaderboard.checkpoints_published:
+                yield store.checkpoint(run.checkpoint_sha256)
 
 
 def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:

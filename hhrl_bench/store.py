@@ -37,6 +37,14 @@ class Store:
         """Return the sha256 under which the content is kept."""
         return _add(self.checkpoint(sha256_of(data)), data)
 
+    def copy(self, path: Path) -> None:
+        """Return nothing; add a file of another store.
+
+        Raises:
+            RecordError: see :func:`read`.
+        """
+        _add(self.folder / path.parent.name / path.name, read(path))
+
 
 def read(path: Path) -> bytes:
     """Return the content of a file of a store.

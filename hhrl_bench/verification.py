@@ -1,13 +1,15 @@
 """Verification of an entry: what it says, computed again from what it rests on, level by level, offline."""
 
 from collections.abc import Iterator
-from enum import StrEnum
+
+import numpy as np
 
 from hhrl_bench.checked_result import CheckedResult
 from hhrl_bench.derived import derived
 from hhrl_bench.differences import Finding, differences
 from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.level import Level
 from hhrl_bench.progress import Update, silent
 from hhrl_bench.records import TaskRecord
 from hhrl_bench.rerunning import rerun
@@ -19,44 +21,35 @@ from hhrl_bench.tasks import SCRIPTED, get_task
 from hhrl_bench.transfer_rows import recompute
 
 
-class Level(StrEnum):
-    """How far an entry is verified; each level includes those before it.
-
-    schema: it is well-formed, and its tasks are those of this version. recomputed: all that follows from the whole
-    numbers of the episodes, from the learning curves and from each other. replayed: the stored decisions, played
-    through the simulator again, come to every number of every result. rerun: the agents decide the same again.
-    """
-
-    SCHEMA = "schema"
-    RECOMPUTED = "recomputed"
-    REPLAYED = "replayed"
-    RERUN = "rerun"
-
-    def includes(self, other: "Level") -> bool:
-        """Return whether this level includes another."""
-        return list(Level).index(self) >= list(Level).index(other)
-
-
-def verify(board: LeaderboardRecord, store: Store, level: Level, update: Update = silent) -> Iterator[Finding]:
+def verify(
+    board: LeaderboardRecord,
+    store: Store,
+    level: Level,
+    update: Update = silent,
+    sample: int | None = None,
+    seed: int = 0,
+) -> Iterator[Finding]:
     """Return what does not hold in an entry, whose files lie in ``store``; nothing if it is verified up to ``level``.
 
-    ``update`` hears how many results are done.
+    ``update`` hears how many results are done. Of the results, ``sample`` are run again, drawn by ``seed``; or all.
     """
     yield from _check_version(board)
     if level == Level.SCHEMA:
         return
     tasks = {task.id: task for task in board.tasks}
     results = [
-        CheckedResult(f"results[{index}]", result, tasks[result.task], store)
+        CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
         for index, result in enumerate(board.results)
     ]
-    for done, result in enumerate(results, start=1):
+    count = len(results) if sample is None else min(sample, len(results))
+    again = np.random.default_rng(seed).permutation(len(results))[:count] if level.includes(Level.RERUN) else ()
+    for index, result in enumerate(results):
         yield from result.recompute()
         if level.includes(Level.REPLAYED):
             yield from result.replay()
-        if level.includes(Level.RERUN):
+        if index in again:
             yield from rerun(result)
-        update(done, len(results), f"{result.result.agent} on {result.result.task}")
+        update(index + 1, len(results), f"{result.result.agent} on {result.result.task}")
     yield from _check_derived(board, store)
 
 
@@ -76,7 +69,7 @@ def _of_this_version(record: TaskRecord) -> TaskRecord:
 
 def _check_derived(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
     try:
-        found = derived(board.results, board.trainings, store)
+        found = derived(board.results, board.trainings, store, checkpoints=board.checkpoints_published)
     except RecordError:  # a file is missing or damaged, which its result has said
         return
     names = (*found, *(["transfer"] if board.transfer else []))
