@@ -28,13 +28,14 @@ _WHOLE = frozenset({"steps", "unsmooth"})
 class CheckedResult:
     """A result at ``place`` in an entry, whose files lie in ``store``; what was read of them is kept.
 
-    evidence: of each run, None where it cannot be read.
+    checkpoints: whether those lie there as well; evidence: of each run, None where it cannot be read.
     """
 
     place: str
     result: ResultRecord
     task_record: TaskRecord
     store: Store
+    checkpoints: bool = True
     evidence: list[Evidence | None] = field(default_factory=list)
 
     @property
@@ -85,6 +86,11 @@ class CheckedResult:
         found = found.model_copy(update={"failed_seeds": result.failed_seeds})
         yield from _differ(self.place, result, found)
 
+    @property
+    def playable(self) -> bool:
+        """Whether its agents can be run again: they are rules, or their checkpoints are there."""
+        return self.result.kind == "rule" or (self.result.kind == "learned" and self.checkpoints)
+
     def runs(self) -> list[tuple[str, RunRecord]]:
         """Return the runs with their places."""
         return [(f"{self.place}.runs[{index}]", run) for index, run in enumerate(self.result.runs)]
@@ -105,6 +111,8 @@ class CheckedResult:
         if run.checkpoint_sha256 is None:
             if run.training is not None:
                 yield Finding(f"{place}.training", "a run without a checkpoint says that it was trained")
+            return
+        if not self.checkpoints:
             return
         path = self.store.checkpoint(run.checkpoint_sha256)
         try:

@@ -10,12 +10,16 @@ import typer
 from typer.core import TyperGroup
 
 from hhrl_bench.cli_options import (
+    AddressOption,
     AgentArgument,
     AgentsArgument,
+    Executor,
+    ExecutorOption,
     HeldOption,
     JsonOption,
     OpponentOption,
     TaskOption,
+    UnitTimeoutOption,
     WorkersOption,
 )
 from hhrl_bench.leaderboard_cli import leaderboard_app
@@ -166,12 +170,37 @@ def _analyse(
 @app.command("run")
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
-    out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="leaderboards/SUITE.json")] = None,
+    agent: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--agent",
+            metavar="AGENT",
+            help="Score this agent on the suite's tasks in place of the suite's own; may be repeated.",
+            show_default="the suite's",
+        ),
+    ] = None,
+    status: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Run nothing: say how far the suite with this --work folder is.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Leaderboard file.", show_default="leaderboards/SUITE.json, or with --agent runs/SUITE/entry.json"
+        ),
+    ] = None,
     work: Annotated[Path | None, typer.Option(help="Folder of its trainings.", show_default="runs/SUITE")] = None,
+    executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
+    address: AddressOption = None,
+    unit_timeout: UnitTimeoutOption = None,
 ) -> None:
     """Run a suite, print its table and write its leaderboard; what was stopped goes on; exit code 1 if a unit fails."""
-    raise typer.Exit(0 if _commands().run(suite, out, work, workers) else 1)
+    commands = _commands()
+    if status is not None:
+        commands.status(status)
+        return
+    execution = commands.execution(executor.value, workers, address, unit_timeout)
+    raise typer.Exit(0 if commands.run(suite, agent or (), out, work, execution) else 1)
 
 
 @app.command("transfer")
@@ -186,10 +215,15 @@ def _transfer(
     out: Annotated[Path, typer.Option(help="Folder of the trainings; its transfer.json is the last command's.")] = Path(
         "runs/transfer"
     ),
+    executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
+    address: AddressOption = None,
+    unit_timeout: UnitTimeoutOption = None,
 ) -> None:
     """Reuse a trained run in other tasks, arm by arm, beside training from scratch; what was stopped goes on."""
-    raise typer.Exit(0 if _commands().transfer(source, target, seeds, env_steps, episodes, out, workers) else 1)
+    commands = _commands()
+    execution = commands.execution(executor.value, workers, address, unit_timeout)
+    raise typer.Exit(0 if commands.transfer(source, target, seeds, env_steps, episodes, out, execution) else 1)
 
 
 @app.command("calibrate")

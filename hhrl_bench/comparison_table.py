@@ -8,17 +8,19 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
+from hhrl_bench.cells import COLUMNS, Cell, Column
 from hhrl_bench.comparison_records import PairwiseRecord
-from hhrl_bench.table import COLUMNS, NONE, Column, print_widest
+from hhrl_bench.names import WIDTH, folded
+from hhrl_bench.table import cell_text, print_widest
 
 SHOWN = ("success", "collision", "not_stop", "timeout", "steps", "unsmooth", "unsafe", "return_option", "return_action")
 """The first ones are shown longest where there is little room."""
 
-_MEANING = (
+MEANING = (
     "Differences of means; of rates, in percentage points. P: how likely a training seed's mean is higher than that of "
     "one of the other's, equal ones counted half; none between two agents without training seeds."
 )
-_INTERVALS = (
+INTERVALS = (
     "The pair under a number is its 95% interval, a bootstrap over the training seeds; between two agents without any, "
     "over the test episodes, world by world."
 )
@@ -59,28 +61,27 @@ def _table(comparisons: Sequence[PairwiseRecord], metrics: Sequence[str], interv
         pad_edge=False,
         title_justify="left",
     )
-    table.add_column("agent", overflow="fold", max_width=24, vertical="top")
+    table.add_column("agent", overflow="fold", max_width=WIDTH, vertical="top")
     for metric in metrics:
         table.add_column(_BY_KEY[metric].heading.replace(" ", "\n"), justify="right", no_wrap=True)
         table.add_column("P", justify="right", no_wrap=True)
     for agent in dict.fromkeys(one.agent for one in comparisons):
         own = {one.metric: one for one in comparisons if one.agent == agent}
-        cells = (cell for metric in metrics for cell in _cells(own.get(metric), intervals=intervals))
-        table.add_row(agent, *cells)
+        cells = (cell for metric in metrics for cell in comparison_cells(own.get(metric)))
+        table.add_row(Text(folded(agent)), *(cell_text(cell, intervals=intervals) for cell in cells))
     return table
 
 
-def _cells(one: PairwiseRecord | None, *, intervals: bool) -> tuple[Text, Text]:
+def comparison_cells(one: PairwiseRecord | None) -> tuple[Cell, Cell]:
     """Return the difference, and the probability of having more."""
     if one is None or (mean := one.difference.mean) is None:
-        return Text(NONE), Text(NONE)
+        return Cell(), Cell()
     column, difference, more = _BY_KEY[one.metric], one.difference, one.probability_more
-    number, probability = Text(_signed(column, mean)), Text(f"{more.mean:.2f}" if more else NONE)
-    if intervals and difference.low is not None and difference.high is not None:
-        number.append(f"\n{_signed(column, difference.low)}, {_signed(column, difference.high)}", style="dim")
-    if intervals and more:
-        probability.append(f"\n{more.low:.2f}, {more.high:.2f}", style="dim")
-    return number, probability
+    bounds = None
+    if difference.low is not None and difference.high is not None:
+        bounds = f"{_signed(column, difference.low)}, {_signed(column, difference.high)}"
+    probability = Cell(f"{more.mean:.2f}", f"{more.low:.2f}, {more.high:.2f}") if more else Cell()
+    return Cell(_signed(column, mean), bounds), probability
 
 
 def _signed(column: Column, value: float) -> str:
@@ -89,4 +90,4 @@ def _signed(column: Column, value: float) -> str:
 
 def _notes(*, intervals: bool, all_shown: bool) -> str:
     more = [] if intervals and all_shown else ["A wider terminal shows more."]
-    return "\n".join([_MEANING, *([_INTERVALS] if intervals else []), *more])
+    return "\n".join([MEANING, *([INTERVALS] if intervals else []), *more])

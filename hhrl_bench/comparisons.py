@@ -6,7 +6,7 @@ and an agent with a single run stays as it is. Between two single runs there is 
 the worlds instead, the same ones for both.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +49,12 @@ def compare(a: Runs, b: Runs, task: str, metric: str, rng: np.random.Generator) 
     )
 
 
+def against(reference: str, comparisons: Iterable[PairwiseRecord]) -> list[PairwiseRecord]:
+    """Return those that ``reference`` is part of, each turned so that it is the other one."""
+    turned = (_turned(one) if one.agent == reference else one for one in comparisons)
+    return [one for one in turned if one.other == reference]
+
+
 def shares_more(x: FloatArray, y: FloatArray) -> FloatArray:
     """Return 1 where x > y, 1/2 where they are equal, else 0, for all pairs of x [n] and y [m], [n, m].
 
@@ -56,6 +62,23 @@ def shares_more(x: FloatArray, y: FloatArray) -> FloatArray:
     Reinforcement Learning at the Edge of the Statistical Precipice.
     """
     return 0.5 * (np.sign(x[:, None] - y) + 1.0)
+
+
+def _turned(one: PairwiseRecord) -> PairwiseRecord:
+    difference, more = one.difference, one.probability_more
+    ends = {"mean": difference.mean, "low": difference.high, "high": difference.low}
+    negative = {name: None if value is None else 0.0 - value for name, value in ends.items()}
+    rest = more and ProbabilityRecord(mean=1.0 - more.mean, low=1.0 - more.high, high=1.0 - more.low)
+    return one.model_copy(
+        update={
+            "agent": one.other,
+            "other": one.agent,
+            "runs": one.other_runs,
+            "other_runs": one.runs,
+            "difference": difference.model_copy(update=negative),
+            "probability_more": rest,
+        }
+    )
 
 
 def _over_worlds(differences: FloatArray, rng: np.random.Generator) -> DifferenceRecord:

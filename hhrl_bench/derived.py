@@ -21,16 +21,18 @@ from hhrl_envs import Outcome
 
 
 def derived(
-    results: Sequence[ResultRecord], trainings: Sequence[TrainingOutcomesRecord], store: Store
+    results: Sequence[ResultRecord], trainings: Sequence[TrainingOutcomesRecord], store: Store, *, checkpoints: bool
 ) -> dict[str, Any]:
     """Return the fields of :class:`hhrl_bench.leaderboard_record.LeaderboardRecord` that follow from the others.
+
+    checkpoints: whether the store has them; the methods are known from them.
 
     Raises:
         RecordError: if a file of the results is missing or damaged.
     """
     runs = [run for result in results for run in result.runs]
-    checkpoints = dict.fromkeys(run.checkpoint_sha256 for run in runs if run.checkpoint_sha256)
-    metadata = [checkpoint_metadata.read(read(store.checkpoint(sha256))) for sha256 in checkpoints]
+    hashes = dict.fromkeys(run.checkpoint_sha256 for run in runs if run.checkpoint_sha256 and checkpoints)
+    metadata = [checkpoint_metadata.read(read(store.checkpoint(sha256))) for sha256 in hashes]
     return {
         "methods": method_records(metadata),
         "comparisons": tuple(_comparisons(results, store)),

@@ -26,16 +26,16 @@ def check_fresh(
 ) -> Iterator[Finding]:
     """Return the results whose published success is unlike that in ``episodes`` fresh worlds a run, drawn by ``seed``.
 
-    Fisher's exact test on the episodes of all runs of a result together, at UNLIKELY over the number of results. The
-    user's own code is not run.
+    Fisher's exact test on the episodes of all runs of a result together, at UNLIKELY over the number of results.
+    Results that are not playable are left out.
     """
     from scipy.stats import fisher_exact  # noqa: PLC0415
 
     worlds = FRESH.take(episodes, int(np.random.default_rng(seed).integers(FRESH.size - RANGE_SIZE)))
     tasks = {task.id: task for task in board.tasks}
     for index, result in enumerate(board.results):
-        checked = CheckedResult(f"results[{index}]", result, tasks[result.task], store)
-        if result.kind == "factory":
+        checked = CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
+        if not checked.playable:
             continue
         hits = [int((play(checked, run, worlds).records.outcome == Outcome.SUCCESS).sum()) for run in result.runs]
         total, known = episodes * len(hits), tasks[result.task].episodes * len(hits)

@@ -31,8 +31,12 @@ def build(
     store: Store,
     transfer: TransferSetRecord | None = None,
     trainings: Sequence[TrainingOutcomesRecord] = (),
+    executor: str = "local",
 ) -> LeaderboardRecord:
-    """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store."""
+    """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store.
+
+    The checkpoints of transfers, which are many, are not to be published.
+    """
     runs = [timed.result for timed in results]
     return LeaderboardRecord(
         schema_version=SCHEMA_VERSION,
@@ -41,10 +45,11 @@ def build(
         bootstrap_seed=BOOTSTRAP_SEED,
         tasks=tuple(tasks),
         results=tuple(runs),
-        **derived(runs, trainings, store),
+        checkpoints_published=transfer is None,
+        **derived(runs, trainings, store, checkpoints=transfer is None),
         transfer=transfer,
         trainings=tuple(trainings),
-        provenance=provenance(command, wall_seconds(results)),
+        provenance=provenance(command, wall_seconds(results), executor),
     )
 
 
@@ -78,7 +83,7 @@ def named_files(leaderboard: LeaderboardRecord, store: Store) -> Iterator[Path]:
         for run in result.runs:
             if run.evidence_sha256:
                 yield store.evidence(run.evidence_sha256)
-            if run.checkpoint_sha256:
+            if run.checkpoint_sha256 and leaderboard.checkpoints_published:
                 yield store.checkpoint(run.checkpoint_sha256)
 
 

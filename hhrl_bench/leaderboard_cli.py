@@ -27,12 +27,15 @@ def _commands() -> ModuleType:
 @leaderboard_app.command("show")
 def _show(
     file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = FOLDER / "quick.json",
+    details: Annotated[
+        bool, typer.Option("--details", help="Print worst cases, comparisons with the best agent and efficiency too.")
+    ] = False,
     json: JsonOption = False,
 ) -> None:
-    """Print a leaderboard as a table."""
+    """Print a leaderboard as tables."""
     from hhrl_bench import commands  # noqa: PLC0415
 
-    commands.show_leaderboard(file, as_json=json)
+    commands.show_leaderboard(file, details=details, as_json=json)
 
 
 @leaderboard_app.command("verify")

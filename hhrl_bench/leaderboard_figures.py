@@ -4,6 +4,9 @@ from pathlib import Path
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.pareto_figure import save_pareto
+from hhrl_bench.table_one_figure import save_table_one
+from hhrl_bench.training_curves_figure import save_training_curves
 from hhrl_bench.training_outcomes_figure import save_trainings
 from hhrl_bench.transfer_figures import save_transfer_figures
 
@@ -15,9 +18,13 @@ def save_leaderboard_figures(board: LeaderboardRecord, folder: Path) -> list[Pat
         RecordError: if nothing in the leaderboard has a figure.
         OutputError: if a file cannot be written.
     """
-    if board.transfer is None and not board.trainings:
-        raise RecordError(f"the leaderboard of {board.suite} holds no transfer or training to draw; name one that does")
-    folder.mkdir(parents=True, exist_ok=True)
-    transfer = save_transfer_figures(board.transfer, folder) if board.transfer else []
-    trainings = save_trainings(board.trainings, folder) if board.trainings else []
-    return [*transfer, *trainings]
+    written = save_transfer_figures(board.transfer, folder) if board.transfer else _save_scores(board, folder)
+    if board.trainings:
+        written += [*save_training_curves(board.trainings, folder), *save_trainings(board.trainings, folder)]
+    if not written:
+        raise RecordError(f"the leaderboard of {board.suite} has one agent a task and no curves: nothing to draw")
+    return written
+
+
+def _save_scores(board: LeaderboardRecord, folder: Path) -> list[Path]:
+    return [*save_table_one(board, folder), *save_pareto(board, folder)]

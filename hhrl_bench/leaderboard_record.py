@@ -17,6 +17,7 @@ class LeaderboardRecord(Record):
     """What ``hhrl-bench run`` and ``transfer`` write: agents on tasks; of a transfer, what every arm comes to.
 
     A result of an arm has the method and the arm as its agent. ``methods``: those that runs were trained by.
+    ``checkpoints_published``: whether the checkpoints lie beside the file; if not, the command trains them again.
     ``comparisons``: of the success of every two agents on a task. ``trainings``: how the episodes of trainings ended;
     ``efficiency``: the env steps that each of them needs; ``trainings_sha256``: their digests, as nothing else in the
     entry could tell whether a number of a curve has been changed.
@@ -28,6 +29,7 @@ class LeaderboardRecord(Record):
     bootstrap_seed: Count
     tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1)]
     results: tuple[ResultRecord, ...]
+    checkpoints_published: bool = True
     methods: tuple[MethodRecord, ...] = ()
     comparisons: tuple[PairwiseRecord, ...] = ()
     transfer: TransferSetRecord | None = None
@@ -35,6 +37,10 @@ class LeaderboardRecord(Record):
     trainings_sha256: tuple[Sha256, ...] = ()
     efficiency: tuple[EfficiencyRecord, ...] = ()
     provenance: ProvenanceRecord
+
+    def on(self, task: TaskRecord) -> list[ResultRecord]:
+        """Return the results on a task, in their order."""
+        return [result for result in self.results if result.task == task.id]
 
     @model_validator(mode="after")
     def _all_are_of_known_tasks_and_unique(self) -> Self:

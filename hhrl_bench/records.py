@@ -199,6 +199,7 @@ class ProvenanceRecord(Record):
     """All that may differ between two runs of one command; ``wall_seconds`` are by task and agent."""
 
     command: Name
+    executor: Name = "local"
     created: str
     wall_seconds: dict[str, Annotated[float, Field(allow_inf_nan=False, ge=0.0)]]
     package_version: str

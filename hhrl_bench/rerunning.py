@@ -22,8 +22,8 @@ SAME = 0.9
 
 
 def rerun(checked: CheckedResult) -> Iterator[Finding]:
-    """Return the runs that do not decide the same again in ``SAME`` of the episodes; the user's own code is not run."""
-    if checked.result.kind == "factory":
+    """Return the runs that do not decide the same again in ``SAME`` of the episodes, of a result that is playable."""
+    if not checked.playable:
         return
     for (place, run), evidence in zip(checked.runs(), checked.evidence, strict=True):
         if evidence is not None:

@@ -3,7 +3,11 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from hhrl_bench.executors import Done, run_units
+from hhrl_bench.attempts import Done, unit_status
+from hhrl_bench.board import Board
+from hhrl_bench.executors import Execution, run_units
+from hhrl_bench.overseer import Overseer, Show
+from hhrl_bench.progress import silent
 from hhrl_bench.run_directory import RunDirectory
 from hhrl_bench.transfer import Transfer, sensible_arms
 from hhrl_bench.transfer_records import TransferSetRecord
@@ -14,8 +18,10 @@ Stages = Sequence[Sequence[Unit]]
 """Units in the order in which they can be done: those of a stage need what the stages before it have left."""
 
 
-def run_stages(stages: Stages, workers: int) -> Iterator[Done]:
+def run_stages(stages: Stages, execution: Execution, board: Board | None = None, show: Show = silent) -> Iterator[Done]:
     """Return every unit as it is done; after a stage in which one has failed the next ones are not begun.
+
+    What becomes of the units stands on the board, if any; ``show`` hears how far the running ones are.
 
     Raises:
         InputError: before anything is done, if it is plain that a unit cannot be.
@@ -23,13 +29,17 @@ def run_stages(stages: Stages, workers: int) -> Iterator[Done]:
     for stage in stages:
         for unit in stage:
             unit.check()
-    for stage in stages:
-        failed = False
-        for done in run_units(stage, workers):
-            failed |= done.outcome is None
-            yield done
-        if failed:
-            return
+    with execution.pool(board) as pool:
+        overseer = Overseer(board, show, execution.patience) if board else None
+        for stage in stages:
+            failed = False
+            for done in run_units(stage, pool, overseer):
+                failed |= done.outcome is None
+                if board and done.lost:
+                    board.write(unit_status(done, 0.0))
+                yield done
+            if failed:
+                return
 
 
 def transfer_record(transfers: Iterable[Transfer]) -> TransferSetRecord | None:

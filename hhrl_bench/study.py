@@ -5,10 +5,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hhrl_bench.attempts import Done
+from hhrl_bench.board import Board
 from hhrl_bench.errors import AgentError
-from hhrl_bench.executors import Done
+from hhrl_bench.executors import HERE, Execution
 from hhrl_bench.leaderboard import build
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.overseer import Show
+from hhrl_bench.progress import silent
 from hhrl_bench.records import TimedResult
 from hhrl_bench.results import task_record
 from hhrl_bench.running import Stages, run_stages, transfer_record
@@ -55,18 +59,18 @@ class Study:
         """How many units there are."""
         return sum(map(len, self.stages))
 
-    def run(self, workers: int) -> Iterator[Done]:
+    def run(self, execution: Execution = HERE, board: Board | None = None, show: Show = silent) -> Iterator[Done]:
         """Return every unit as it is done; see :func:`hhrl_bench.running.run_stages`."""
-        return run_stages(self.stages, workers)
+        return run_stages(self.stages, execution, board, show)
 
-    def leaderboard(self, done: Sequence[Done]) -> LeaderboardRecord:
+    def leaderboard(self, done: Sequence[Done], executor: str = "local") -> LeaderboardRecord:
         """Return the leaderboard of all units, in their own order whatever the order they were done in."""
         outcomes: dict[str, TimedResult] = {one.unit.name: one.outcome for one in done if one.outcome}
         results = [outcomes[unit.name] for stage in self.stages for unit in stage]
         tasks = [task_record(task, self.episodes) for task in self.tasks]
         trainings = [read_outcomes(training.folder, training.seeds) for training in self.kept.trainings]
         transfer = transfer_record(self.kept.transfers)
-        return build(self.name, tasks, results, self.command, self.store, transfer, trainings)
+        return build(self.name, tasks, results, self.command, self.store, transfer, trainings, executor)
 
 
 def suite_study(suite: Suite, folder: Path) -> Study:

@@ -51,7 +51,7 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
                 ),
                 seeds=_SEEDS,
                 env_steps=50_000,
-                episodes=1000,
+                episodes=250,
             ),
             TransferSuite(
                 "transfer-shifts",
@@ -60,7 +60,7 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
                 targets=("stop-line-heldout-v0", "stop-line-wet-v0", "stop-line-noisy-v0", "stop-line-dense-v0"),
                 seeds=_SEEDS,
                 env_steps=50_000,
-                episodes=1000,
+                episodes=250,
             ),
             TrainingSuite(
                 "trainings",

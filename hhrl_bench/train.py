@@ -4,7 +4,7 @@ import shlex
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -100,6 +100,11 @@ class Report(NamedTuple):
 
     env_steps: int
     success: tuple[float, ...]
+
+    @property
+    def note(self) -> str:
+        """The success rates in words."""
+        return "validation success " + " ".join("failed" if isnan(rate) else f"{rate:.0%}" for rate in self.success)
 
 
 def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Iterator[Report]:

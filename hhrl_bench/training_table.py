@@ -7,7 +7,8 @@ from rich import box
 from rich.console import Console, Group
 from rich.table import Table
 
-from hhrl_bench.table import NONE, print_widest
+from hhrl_bench.cells import NONE
+from hhrl_bench.table import print_widest
 from hhrl_bench.training_records import SharesRecord, TrainingOutcomesRecord
 
 SHOWN = ("success", "collision", "not_stop", "timeout")

@@ -8,9 +8,10 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
+from hhrl_bench.names import WIDTH, folded, indented
 from hhrl_bench.seeds import format_seeds
-from hhrl_bench.table import NONE, print_widest
-from hhrl_bench.transfer_columns import COLUMNS, Cell, Column
+from hhrl_bench.table import cell_text, print_widest
+from hhrl_bench.transfer_columns import COLUMNS, Column
 from hhrl_bench.transfer_records import TransferRecord
 
 
@@ -41,20 +42,15 @@ def _table(rows: Sequence[TransferRecord], columns: Sequence[Column], *, interva
         pad_edge=False,
         title_justify="left",
     )
-    table.add_column("target", overflow="fold", max_width=26, vertical="top")
+    table.add_column("target", overflow="fold", max_width=WIDTH + 2, vertical="top")
     for column in columns:
         table.add_column(column.heading, justify="right", no_wrap=True)
     for target, arms in groupby(rows, key=lambda row: row.target):
         table.add_section()
-        table.add_row(Text(target, style="bold"))
+        table.add_row(Text(folded(target), style="bold"))
         for row in arms:
-            table.add_row(f"  {row.arm}", *(_text(column.cell(row), intervals=intervals) for column in columns))
+            table.add_row(indented(row.arm), *(cell_text(column.cell(row), intervals=intervals) for column in columns))
     return table
-
-
-def _text(cell: Cell, *, intervals: bool) -> Text:
-    text = Text(cell.value or NONE)
-    return text.append(f"\n{cell.bounds}", style="dim") if intervals and cell.bounds else text
 
 
 def _notes(rows: Sequence[TransferRecord], *, intervals: bool) -> str:

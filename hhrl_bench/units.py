@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from hhrl_bench.loading import load_agents
 from hhrl_bench.outcome_file import keep_outcome
+from hhrl_bench.progress import Update, silent
 from hhrl_bench.records import TimedResult
 from hhrl_bench.results import evaluate_agent
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
@@ -38,8 +39,8 @@ class Unit(Protocol):
     def check(self) -> None:
         """Return nothing; raises an InputError where it is plain from the outset that ``run`` cannot succeed."""
 
-    def run(self) -> TimedResult:
-        """Return the outcome, and the seconds it took."""
+    def run(self, update: Update = silent) -> TimedResult:
+        """Return the outcome, and the seconds it took; ``update`` hears how far it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +61,14 @@ class Evaluation:
         """Return nothing; see ``Unit.check``: the agent has to load."""
         load_agents(self.agent, get_scenario(self.task.scenario))
 
-    def run(self) -> TimedResult:
+    def run(self, update: Update = silent) -> TimedResult:
         """Return the result on the task's first test episodes."""
         path = self.folder / _file_name(self.agent) / self.task.id / OUTCOME.format(self.episodes)
-        return keep_outcome(path, self._score, self.agent, self.task, Store(self.folder))
+        return keep_outcome(path, lambda: self._score(update), self.agent, self.task, Store(self.folder))
 
-    def _score(self) -> TimedResult:
+    def _score(self, update: Update) -> TimedResult:
         started = time.perf_counter()
-        result = evaluate_agent(self.agent, self.task, self.episodes, store=Store(self.folder))
+        result = evaluate_agent(self.agent, self.task, self.episodes, update=update, store=Store(self.folder))
         return TimedResult(result=result, seconds=time.perf_counter() - started)
 
 
@@ -97,12 +98,12 @@ class Training:
 
         get_method(self.method)
 
-    def run(self) -> TimedResult:
+    def run(self, update: Update = silent) -> TimedResult:
         """Return the result of the chosen checkpoints under the method's name, trained first where they are not yet."""
         from hhrl_bench.train import Plan, get_method  # noqa: PLC0415
 
         plan = Plan(get_method(self.method), self.task, self.seeds, self.task.env_steps, self.folder)
-        return _trained(plan, self.method, self.episodes, self.store)
+        return _trained(plan, self.method, self.episodes, self.store, update)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,18 +133,18 @@ class TransferArm:
         if folder.exists():
             RunDirectory(folder).require_config(self.transfer.plan(self.arm, self.transfer.load()).config())
 
-    def run(self) -> TimedResult:
+    def run(self, update: Update = silent) -> TimedResult:
         """Return the result of the chosen checkpoints, trained first where they are not yet."""
         plan = self.transfer.plan(self.arm, self.transfer.load())
-        return _trained(plan, self.agent, self.episodes, self.store)
+        return _trained(plan, self.agent, self.episodes, self.store, update)
 
 
-def _trained(plan: "Plan", name: str, episodes: int, store: Store) -> TimedResult:
+def _trained(plan: "Plan", name: str, episodes: int, store: Store, update: Update) -> TimedResult:
     """Return the result of a training under a name; what was trained and scored before is read."""
     from hhrl_bench.train import train  # noqa: PLC0415
 
-    for _ in train(plan, resume=True):
-        pass
+    for report in train(plan, resume=True):
+        update(report.env_steps, plan.env_steps, report.note)
     source = str(plan.folder)
 
     def score() -> TimedResult:

@@ -38,7 +38,7 @@ def verify(
         return
     tasks = {task.id: task for task in board.tasks}
     results = [
-        CheckedResult(f"results[{index}]", result, tasks[result.task], store)
+        CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
         for index, result in enumerate(board.results)
     ]
     count = len(results) if sample is None else min(sample, len(results))
@@ -69,7 +69,7 @@ def _of_this_version(record: TaskRecord) -> TaskRecord:
 
 def _check_derived(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
     try:
-        found = derived(board.results, board.trainings, store)
+        found = derived(board.results, board.trainings, store, checkpoints=board.checkpoints_published)
     except RecordError:  # a file is missing or damaged, which its result has said
         return
     names = (*found, *(["transfer"] if board.transfer else []))

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from scipy.stats import bootstrap, mannwhitneyu
 
 from hhrl_bench.comparison_records import PairwiseRecord
-from hhrl_bench.comparisons import Runs, compare
+from hhrl_bench.comparisons import Runs, against, compare
 from hhrl_bench.errors import RecordError
 from hhrl_bench.statistics import FloatArray
 
@@ -84,6 +84,28 @@ def test_equal_generators_give_equal_records() -> None:
     a, b = runs([1.0, 4.0, 2.0, 8.0]), runs([3.0, 5.0, 2.5])
     assert pair(a, b) == pair(a, b)
     assert pair(a, b) != pair(a, b, seed=1)
+
+
+def test_against_a_reference_agent_it_is_the_other_one() -> None:
+    one = pair(runs([1.0, 4.0, 2.0]), runs([3.0, 5.0]))
+    assert against("b", [one]) == [one]
+    assert against("c", [one]) == []
+    [turned] = against("a", [one])
+    assert (turned.agent, turned.other, turned.runs, turned.other_runs) == ("b", "a", 2, 3)
+    assert one.difference.low is not None
+    assert turned.difference.high == -one.difference.low
+    assert turned.probability_more is not None
+    assert one.probability_more is not None
+    assert turned.probability_more.low == 1.0 - one.probability_more.high
+    [back] = against("b", [turned])
+    assert back.difference == one.difference
+    assert back.probability_more.mean == pytest.approx(one.probability_more.mean)  # type: ignore[union-attr]
+
+
+def test_turned_round_what_is_unknown_stays_so() -> None:
+    [turned] = against("a", [pair([[np.nan, np.nan]], [[1.0, 2.0]])])
+    assert turned.difference.model_dump() == {"mean": None, "low": None, "high": None, "interval": "none"}
+    assert turned.probability_more is None
 
 
 some = st.lists(st.integers(-20, 20).map(float), min_size=1, max_size=6)

@@ -25,7 +25,7 @@ Json = dict[str, Any]
 
 def make() -> LeaderboardRecord:
     study = suite_study(TINY, Path("none"))
-    return study.leaderboard(list(study.run(workers=1)))
+    return study.leaderboard(list(study.run()))
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +152,7 @@ def test_an_agent_that_does_not_load_is_said_before_anything_is_played(monkeypat
     monkeypatch.setattr(units, "evaluate_agent", lambda *_: pytest.fail("played"))
     broken = ScoreSuite("broken", agents=("rule-1", "rule-9"), tasks=("stop-line-v0",), episodes=3)
     with pytest.raises(AgentError, match="unknown agent 'rule-9'"):
-        next(suite_study(broken, Path("none")).run(workers=1))
+        next(suite_study(broken, Path("none")).run())
 
 
 @pytest.mark.parametrize("suite", SUITES.values(), ids=SUITES)

@@ -131,14 +131,14 @@ def test_in_a_target_with_one_sub_goal_zero_shot_holds_it(source: Path, tmp_path
 
 def test_a_stopped_transfer_goes_on_to_the_same_leaderboard(source: Path, moved: Path, tmp_path: Path) -> None:
     study = transfer_study(str(source), ["stop-line-wet-v0", "option-only-v0"], SEEDS, STEPS, 10, tmp_path)
-    running = study.run(workers=1)
+    running = study.run()
     next(running), next(running)
     running.close()  # type: ignore[attr-defined]
     arm = study.kept.transfers[0].plan("fine-tune", study.kept.transfers[0].load())
     reports = training.train(arm, resume=True)
     next(reports), next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
-    again = study.leaderboard(list(study.run(workers=1)))
+    again = study.leaderboard(list(study.run()))
     whole = leaderboard.read(moved / "transfer.json")
     assert same(again) == same(whole)
 

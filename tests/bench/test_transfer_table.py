@@ -6,7 +6,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from hhrl_bench.table import NONE
+from hhrl_bench.cells import NONE
 from hhrl_bench.transfer_columns import COLUMNS
 from hhrl_bench.transfer_records import TransferRecord
 from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, transfer_set
