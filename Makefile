@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 INPUTS ?= 100000
 
-.PHONY: help bench test lint fuzz benchmark docs interop
+.PHONY: help bench test lint fuzz benchmark docs interop cluster kills
 
 help:
 	@echo "make bench      score the agents of the quick suite, print and write their leaderboard"
@@ -13,6 +13,8 @@ help:
 	@echo "make benchmark  measure the simulator's speed, next to its peers'"
 	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
+	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
+	@echo "make kills      kill a run at twenty random moments, and resume it each time"
 
 bench: .venv/installed-torch
 	$(BIN)/hhrl-bench run --suite quick
@@ -38,6 +40,12 @@ docs: .venv/installed-docs
 
 interop: .venv-ray/installed-interop
 	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/test_interop_rllib.py
+
+cluster: .venv-ray/installed-interop
+	.venv-ray/bin/pytest -o filterwarnings=error tests/bench/test_ray_cluster.py
+
+kills: .venv/installed-dev
+	HHRL_KILLS=20 $(BIN)/pytest tests/bench/test_killed_sweeps.py
 
 .venv/installed-%: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv

@@ -29,10 +29,12 @@ class RayPool:
         require("ray", "ray")
         import ray  # noqa: PLC0415
 
+        if address is not None:
+            _require_listener(address)
         try:
             ray.init(address, log_to_driver=False, logging_level="ERROR")
-        except (ConnectionError, RuntimeError, ValueError) as error:
-            raise ClusterError(f"no Ray cluster answers at {address}; start one with: ray start --head") from error
+        except (ConnectionError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
+            raise ClusterError(f"cannot join the Ray cluster: {error}; see docs/sweeps.md") from error
         self._ray, self._board = ray, board
         self._task = ray.remote(num_cpus=1, max_retries=0)(attempt_there)
         self._units: dict[Any, Unit] = {}
@@ -80,6 +82,15 @@ class RayPool:
         except errors.RayError as error:
             return Done(unit, None, reason or f"its node or process was lost ({type(error).__name__})", lost=True)
         return done._replace(unit=unit)
+
+
+def _require_listener(address: str) -> None:
+    """Return nothing; Ray itself would wait for minutes, and then end this process."""
+    host, _, port = address.rpartition(":")
+    try:
+        socket.create_connection((host, int(port)), timeout=10.0).close()
+    except (OSError, OverflowError, ValueError) as error:
+        raise ClusterError(f"no Ray cluster answers at {address}; start one with: ray start --head") from error
 
 
 def attempt_there(unit: Unit, board: Board | None, folder: Path, versions: dict[str, str]) -> Done:

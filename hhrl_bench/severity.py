@@ -18,7 +18,7 @@ class Severity:
     def add(
         self, road: FloatArray, closing: FloatArray, running: NDArray[np.bool_], outcomes: NDArray[np.int8]
     ) -> None:
-        """Return nothing; add a step of the episodes that were ``running`` [B] before, with their outcomes [B] after it.
+        """Return nothing; add a step of the episodes that were ``running`` [B] before; outcomes [B] are those after it.
 
         road, closing: true free road to the front vehicle, and how fast it closes, [B] each.
         """

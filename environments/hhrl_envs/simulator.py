@@ -155,10 +155,8 @@ class Simulator:
         """
         self._require_reset()
         _require_index("agent", agent, self.num_agents)
-        (x, speed), (front, front_speed) = (
-            self._memory.of_agent(slot, at.POSITION, 2).T for slot in (agent, agent + 1)
-        )
-        return front - self.scenario.vehicle.length - x, speed - front_speed
+        own, front = (self._memory.of_agent(slot, at.POSITION, 2).T for slot in (agent, agent + 1))
+        return front[0] - self.scenario.vehicle.length - own[0], own[1] - front[1]
 
     def reset(self, seeds: ArrayLike) -> None:
         """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""

@@ -1,4 +1,4 @@
-"""Whatever is read may be hostile: one line is said, nothing is executed, nothing outside is written; see `make fuzz`."""
+"""Whatever is read may be hostile: it is said in one line, nothing is executed or written outside; see `make fuzz`."""
 
 from collections.abc import Iterator
 from pathlib import Path
