@@ -38,7 +38,7 @@ ADDED = {
 def cells(first: str) -> list[str]:
     """Return the other cells of the line of a table whose first cell begins so."""
     (line,) = re.findall(rf"^\| {re.escape(first)} \| (.*) \|$", PAGE, re.MULTILINE)
-    return str(line).split(" | ")
+    return [cell.strip() for cell in str(line).split("|")]
 
 
 def said(metric: MetricRecord, digits: int, *, percent: bool = False) -> str:
