@@ -19,7 +19,7 @@ RESULTS = {result.agent: result.metrics for result in BOARD.results}
 AREAS = {
     training.method: Runs(
         training.method,
-        [np.array([area(Curve(training.env_steps, success))]) for success in training.testing.success],
+        [np.array([area(Curve(training.env_steps, tuple(row)))]) for row in training.testing.array("success").tolist()],
     )
     for training in BOARD.trainings
 }
