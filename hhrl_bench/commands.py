@@ -18,7 +18,7 @@ from hhrl_agents.files import OutputError, require_writable, write_atomically
 from hhrl_bench import leaderboard
 from hhrl_bench.attempts import Done
 from hhrl_bench.board import Board
-from hhrl_bench.errors import AgentError, ClusterError
+from hhrl_bench.errors import AgentError, ClusterError, RecordError
 from hhrl_bench.executors import HERE, Execution
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.leaderboard_table import print_leaderboard
@@ -210,7 +210,10 @@ def figures(path: Path, out: Path | None) -> None:
     from hhrl_bench.leaderboard_figures import save_leaderboard_figures  # noqa: PLC0415
 
     board, folder = leaderboard.read(path), out or path.with_suffix("")
-    for file in save_leaderboard_figures(board, Store(path.parent), folder):
+    written = save_leaderboard_figures(board, Store(path.parent), folder)
+    if not written:
+        raise RecordError(f"the leaderboard of {board.suite} has one agent a task and no curves: nothing to draw")
+    for file in written:
         typer.echo(f"wrote {file}", err=True)
 
 
@@ -224,7 +227,7 @@ def report(path: Path, out: Path | None) -> None:
     if page.resolve() == path.resolve():
         raise OutputError(f"cannot write {page}: it is the leaderboard; name another --out")
     require_writable(page)
-    write_atomically(page, html(board))
+    write_atomically(page, html(board, Store(path.parent)))
     typer.echo(f"wrote {page}", err=True)
 
 

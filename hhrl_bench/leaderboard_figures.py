@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from hhrl_bench.episode_figure import save_episode, typical_episode
-from hhrl_bench.errors import RecordError
 from hhrl_bench.evidence import unpack
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.pareto_figure import save_pareto
@@ -20,17 +19,15 @@ EXAMPLE = "hybrid-hrl"
 def save_leaderboard_figures(board: LeaderboardRecord, store: Store, folder: Path) -> list[Path]:
     """Return the files written into the folder, SVG and PNG, which is made where there is none.
 
-    ``store`` has the files that the leaderboard names.
+    ``store`` has the files that the leaderboard names. One agent a task and no curves have no figure.
 
     Raises:
-        RecordError: if nothing in the leaderboard has a figure, or a file of the store is missing or damaged.
+        RecordError: if a file of the store is missing or damaged.
         OutputError: if a file cannot be written.
     """
     written = save_transfer_figures(board.transfer, folder) if board.transfer else _save_scores(board, folder)
     if board.trainings:
         written += [*save_training_curves(board.trainings, folder), *save_trainings(board.trainings, folder)]
-    if not written:
-        raise RecordError(f"the leaderboard of {board.suite} has one agent a task and no curves: nothing to draw")
     return [*written, *_save_example(board, store, folder)]
 
 

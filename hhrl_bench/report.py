@@ -16,13 +16,13 @@ from PIL import Image
 
 from hhrl_bench import sheets
 from hhrl_bench.cells import NONE
-from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_figures import save_leaderboard_figures
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.records import TaskRecord
 from hhrl_bench.reference import compared_to_best
 from hhrl_bench.seeds import format_seeds
 from hhrl_bench.sheets import Sheet
+from hhrl_bench.store import Store
 
 LARGEST_SVG, COLOURS = 90_000, 64
 """Bytes; a figure whose SVG has more is shown as a PNG of so many colours."""
@@ -43,8 +43,12 @@ class TaskSection(NamedTuple):
     runs: Sheet
 
 
-def html(board: LeaderboardRecord) -> str:
-    """Return the page of a leaderboard."""
+def html(board: LeaderboardRecord, store: Store) -> str:
+    """Return the page of a leaderboard, whose files lie in a store.
+
+    Raises:
+        RecordError: if one of them that a figure needs is missing or damaged.
+    """
     environment = Environment(
         loader=PackageLoader("hhrl_bench"),
         autoescape=True,  # names of agents and tasks are anybody's
@@ -59,7 +63,7 @@ def html(board: LeaderboardRecord) -> str:
         seeds=_seeds(board),
         sections=[_section(board, task) for task in board.tasks],
         learning=list(_learning(board)),
-        figures=_figures(board),
+        figures=_figures(board, store),
         settings=[(method, list(_flat(method.config))) for method in board.methods],
     )
 
@@ -86,13 +90,10 @@ def _seeds(board: LeaderboardRecord) -> list[str]:
     return list(dict.fromkeys(format_seeds(result.seeds) for result in board.results if result.seeds))
 
 
-def _figures(board: LeaderboardRecord) -> list[Figure]:
-    """Return the figures of a leaderboard; none if it has nothing to draw."""
+def _figures(board: LeaderboardRecord, store: Store) -> list[Figure]:
+    """Return the figures of a leaderboard."""
     with TemporaryDirectory() as folder:
-        try:
-            written = save_leaderboard_figures(board, Path(folder))
-        except RecordError:
-            return []
+        written = save_leaderboard_figures(board, store, Path(folder))
         return [_figure(path) for path in written if path.suffix == ".svg"]
 
 
