@@ -19,7 +19,7 @@ EXAMPLE = "hybrid-hrl"
 def save_leaderboard_figures(board: LeaderboardRecord, store: Store, folder: Path) -> list[Path]:
     """Return the files written into the folder, SVG and PNG, which is made where there is none.
 
-    ``store`` has the files that the leaderboard names. One agent a task and no curves have no figure.
+    ``store`` has the files that the leaderboard names; there are no files if nothing in the leaderboard has a figure.
 
     Raises:
         RecordError: if a file of the store is missing or damaged.

@@ -47,7 +47,7 @@ def html(board: LeaderboardRecord, store: Store) -> str:
     """Return the page of a leaderboard, whose files lie in a store.
 
     Raises:
-        RecordError: if one of them that a figure needs is missing or damaged.
+        RecordError: if one of the files that figures are drawn from is missing or damaged.
     """
     environment = Environment(
         loader=PackageLoader("hhrl_bench"),
@@ -91,7 +91,7 @@ def _seeds(board: LeaderboardRecord) -> list[str]:
 
 
 def _figures(board: LeaderboardRecord, store: Store) -> list[Figure]:
-    """Return the figures of a leaderboard."""
+    """Return the figures of a leaderboard; none if it has nothing to draw."""
     with TemporaryDirectory() as folder:
         written = save_leaderboard_figures(board, store, Path(folder))
         return [_figure(path) for path in written if path.suffix == ".svg"]
