@@ -5,7 +5,6 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 pytest.importorskip("torch")
@@ -17,7 +16,7 @@ from hhrl_bench.store import Store
 from hhrl_bench.verification import verify
 from hhrl_envs.errors import InputError
 from support import small_board
-from support.mutations import Place, at, leaves, other, put, spelt
+from support.mutations import Place, spelt
 
 LEVELS = (Level.RECOMPUTED, Level.REPLAYED)
 
