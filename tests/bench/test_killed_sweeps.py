@@ -76,3 +76,17 @@ def test_a_second_run_in_the_same_folder_is_one_line_and_exit_code_2(tmp_path: P
     assert code == 2
     assert said.splitlines()[-1].startswith(f"hhrl-bench: another run works in {tmp_path / 'work'};")
     assert len([line for line in said.splitlines() if "compiling" not in line]) == 1
+
+
+def test_an_interrupt_is_one_line_and_leaves_no_worker(tmp_path: Path) -> None:
+    with start("four", tmp_path, "--workers", "2", start_new_session=True) as driver:
+        while not list((tmp_path / "work").rglob("*.unit.json")):
+            assert driver.poll() is None
+            time.sleep(0.05)
+        os.killpg(driver.pid, signal.SIGINT)  # as a terminal does it: the workers hear of it too
+        _, said = driver.communicate()
+    assert driver.returncode == 130
+    assert said.splitlines()[-1] == "hhrl-bench: interrupted; what was not finished was not written"
+    assert "Traceback" not in said
+    with pytest.raises(ProcessLookupError):
+        os.killpg(driver.pid, 0)
