@@ -4,11 +4,11 @@ import errno
 import time
 from typing import NamedTuple
 
-from hhrl_bench.board import Board, UnitStatus, one_line
+from hhrl_bench.board import Board, UnitStatus
 from hhrl_bench.progress import Update, silent
 from hhrl_bench.records import TimedResult
 from hhrl_bench.units import Unit
-from hhrl_envs.errors import InputError
+from hhrl_envs.errors import InputError, one_line
 
 _FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
 

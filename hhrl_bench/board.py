@@ -143,11 +143,6 @@ class Board:
                 path.unlink(missing_ok=True)
 
 
-def one_line(text: str) -> str:
-    """Return a text as a ``Line``."""
-    return " ".join("".join(c if c.isprintable() else " " for c in text).split())[:2000]
-
-
 def _read(path: Path, kind: type[AnyStatus]) -> AnyStatus | None:
     """Return the record in a file; None if there is no file."""
     try:

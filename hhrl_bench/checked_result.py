@@ -6,13 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from hhrl_agents import METHODS, RULES
 from hhrl_bench import checkpoint_metadata, traffic
 from hhrl_bench.differences import Finding, differences
 from hhrl_bench.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.errors import AgentError, RecordError
 from hhrl_bench.evidence import Evidence, unpack
-from hhrl_bench.loading import training_record
+from hhrl_bench.loading import Kind, training_record
 from hhrl_bench.metrics import SCORED, Metric, means
+from hhrl_bench.players import OPTIONS
 from hhrl_bench.records import Record, ResultRecord, RunRecord, TaskRecord
 from hhrl_bench.replaying import replay
 from hhrl_bench.results import result_record, run_record
@@ -22,6 +24,20 @@ from hhrl_bench.summaries import over_episodes, summarise_runs
 from hhrl_bench.tasks import SCRIPTED, Task, get_task
 
 _WHOLE = frozenset({"steps", "unsmooth"})
+
+
+def played_task(record: TaskRecord) -> Task:
+    """Return the task as a record says that it was played.
+
+    Raises:
+        RecordError: if the opponent does not come with the package: to load it might be to run anybody's code.
+    """
+    task, opponent = get_task(record.id), record.opponent.agent if record.opponent else SCRIPTED
+    if task.opponent is None:
+        return task
+    if opponent not in {SCRIPTED, *RULES, *METHODS}:
+        raise RecordError(f"the opponent {opponent!r} of {task.id} does not come with the package; play another one")
+    return task.against(opponent)
 
 
 @dataclass
@@ -41,8 +57,7 @@ class CheckedResult:
     @property
     def task(self) -> Task:
         """The task as it was played."""
-        task, opponent = get_task(self.result.task), self.task_record.opponent
-        return task.against(opponent.agent if opponent else SCRIPTED) if task.opponent else task
+        return played_task(self.task_record)
 
     @property
     def seeds(self) -> UInt64Array:
@@ -51,6 +66,7 @@ class CheckedResult:
 
     def recompute(self) -> Iterator[Finding]:
         """Return what differs from the whole numbers of the evidence, from the checkpoints, and within the result."""
+        yield from differences(f"{self.place}.kind", self.result.kind, self.kind)
         for place, run in self.runs():
             try:
                 self.evidence.append(self._evidence(run))
@@ -66,6 +82,9 @@ class CheckedResult:
             yield from _differ(f"{place}.traffic", run.traffic, traffic.counts(records))
         yield from self._check_metrics(known)
         yield from _differ(f"{self.place}.traffic", self.result.traffic, traffic.summarise(known))
+        held = self.result.option
+        if held and any((one.trace.options != OPTIONS[held]).any() for one in self.evidence if one):
+            yield Finding(f"{self.place}.option", f"{held} is published, other options were selected")
 
     def replay(self) -> Iterator[Finding]:
         """Return what differs from what the stored decisions come to; the evidence has been read before."""
@@ -77,6 +96,8 @@ class CheckedResult:
         except RecordError as error:
             yield Finding(f"{self.place}.runs", str(error))
             return
+        for (place, _), kept, records in zip(self.runs(), evidence, played, strict=True):
+            yield from _of_decisions(f"{place}.evidence_sha256", kept, records)
         result = self.result
         runs = [
             run_record(run.checkpoint_sha256, run.training, records, run.evidence_sha256)
@@ -89,7 +110,14 @@ class CheckedResult:
     @property
     def playable(self) -> bool:
         """Whether its agents can be run again: they are rules, or their checkpoints are there."""
-        return self.result.kind == "rule" or (self.result.kind == "learned" and self.checkpoints)
+        return self.kind == "rule" or (self.kind == "learned" and self.checkpoints)
+
+    @property
+    def kind(self) -> Kind:
+        """What its agents are, whatever the entry calls them."""
+        if self.result.agent in RULES:
+            return "rule"
+        return "learned" if all(run.checkpoint_sha256 for run in self.result.runs) else "factory"
 
     def runs(self) -> list[tuple[str, RunRecord]]:
         """Return the runs with their places."""
@@ -145,6 +173,20 @@ def _known(evidence: Evidence, seeds: UInt64Array) -> EpisodeRecords:
     if not evidence.outcomes.size:
         return EpisodeRecords(**fields)
     return TrafficRecords(**fields, feasible=evidence.feasible == 1, outcomes=evidence.outcomes)
+
+
+def _of_decisions(place: str, kept: Evidence, records: EpisodeRecords) -> Iterator[Finding]:
+    """Yield which whole numbers of an evidence are not what its decisions come to, episode by episode."""
+    pairs = {
+        "steps": (kept.trace.steps, records.steps),
+        "outcome": (kept.outcome, records.outcome),
+        "unsmooth": (kept.unsmooth, records.unsmooth),
+    }
+    if isinstance(records, TrafficRecords):
+        pairs |= {"outcomes": (kept.outcomes, records.outcomes), "feasible": (kept.feasible, records.feasible)}
+    for name, (ours, found) in pairs.items():
+        if not np.array_equal(ours, found):
+            yield Finding(place, f"its {name} of the episodes are not what its decisions come to")
 
 
 def _of_whole_numbers(place: str, published: Record, found: dict[str, float]) -> Iterator[Finding]:

@@ -254,6 +254,15 @@ def _figures(
     _commands().figures(file, out)
 
 
+@app.command("report")
+def _report(
+    file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/quick.json"),
+    out: Annotated[Path | None, typer.Option(help="The page to write.", show_default="FILE.html")] = None,
+) -> None:
+    """Write a leaderboard file as one HTML page: tables, figures, settings and provenance."""
+    _commands().report(file, out)
+
+
 @app.command("watch")
 def _watch(
     agent: AgentArgument,

@@ -14,11 +14,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hhrl_agents.files import require_writable
+from hhrl_agents.files import OutputError, require_writable, write_atomically
 from hhrl_bench import leaderboard
 from hhrl_bench.attempts import Done
 from hhrl_bench.board import Board
-from hhrl_bench.errors import AgentError, ClusterError
+from hhrl_bench.errors import AgentError, ClusterError, RecordError
 from hhrl_bench.executors import HERE, Execution
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.leaderboard_table import print_leaderboard
@@ -31,6 +31,7 @@ from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
 from hhrl_bench.seeds import MAX_TRAINING_SEED, parse_seeds
 from hhrl_bench.status import print_status, study_board, study_status
+from hhrl_bench.store import Store
 from hhrl_bench.study import Study, suite_study, transfer_study
 from hhrl_bench.study_view import study_view
 from hhrl_bench.suite import ScoreSuite, get_suite
@@ -208,8 +209,26 @@ def figures(path: Path, out: Path | None) -> None:
     require("matplotlib", "report")
     from hhrl_bench.leaderboard_figures import save_leaderboard_figures  # noqa: PLC0415
 
-    for file in save_leaderboard_figures(leaderboard.read(path), out or path.with_suffix("")):
+    board, folder = leaderboard.read(path), out or path.with_suffix("")
+    written = save_leaderboard_figures(board, Store(path.parent), folder)
+    if not written:
+        raise RecordError(f"the leaderboard of {board.suite} has one agent a task and no curves: nothing to draw")
+    for file in written:
         typer.echo(f"wrote {file}", err=True)
+
+
+def report(path: Path, out: Path | None) -> None:
+    """Return nothing; write the page of a leaderboard file, beside it by default."""
+    require("jinja2", "report")
+    require("matplotlib", "report")
+    from hhrl_bench.report import html  # noqa: PLC0415
+
+    board, page = leaderboard.read(path), out or path.with_suffix(".html")
+    if page.resolve() == path.resolve():
+        raise OutputError(f"cannot write {page}: it is the leaderboard; name another --out")
+    require_writable(page)
+    write_atomically(page, html(board, Store(path.parent)))
+    typer.echo(f"wrote {page}", err=True)
 
 
 def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, check: bool) -> bool:

@@ -21,7 +21,7 @@ MEANING = (
     "one of the other's, equal ones counted half; none between two agents without training seeds."
 )
 INTERVALS = (
-    "The pair under a number is its 95% interval, a bootstrap over the training seeds; between two agents without any, "
+    "The pair with a number is its 95% interval, a bootstrap over the training seeds; between two agents without any, "
     "over the test episodes, world by world."
 )
 _BY_KEY = {column.key: column for column in COLUMNS}

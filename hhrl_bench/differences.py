@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from hhrl_envs.errors import one_line
+
 
 class Finding(NamedTuple):
     """Something in an entry that does not hold: where, such as ``results[2].metrics.success.mean``, and what."""
@@ -11,7 +13,7 @@ class Finding(NamedTuple):
     said: str
 
     def __str__(self) -> str:
-        return f"{self.place}: {self.said}"
+        return one_line(f"{self.place}: {self.said}")
 
 
 def differences(place: str, published: Any, found: Any) -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -9,6 +10,7 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from hhrl_agents.files import write_atomically
 from hhrl_bench.derived import derived
+from hhrl_bench.differences import Finding
 from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.provenance import provenance
@@ -61,7 +63,7 @@ def write(leaderboard: LeaderboardRecord, path: Path) -> bool:
     """
     if _says(path, leaderboard):
         return False
-    write_atomically(path, leaderboard.model_dump_json(indent=2) + "\n")
+    write_atomically(path, _text(leaderboard))
     return True
 
 
@@ -85,6 +87,22 @@ def named_files(leaderboard: LeaderboardRecord, store: Store) -> Iterator[Path]:
                 yield store.evidence(run.evidence_sha256)
             if run.checkpoint_sha256 and leaderboard.checkpoints_published:
                 yield store.checkpoint(run.checkpoint_sha256)
+
+
+def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
+    """Return the first line of a file that is not as ``write`` spells the leaderboard that was read from it.
+
+    It may hold digits beyond what a number can have, or a name twice, of which only the last counts.
+    """
+    lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), _text(leaderboard).split("\n"), fillvalue="")
+    for number, (line, ours) in enumerate(lines, start=1):
+        if line != ours:
+            yield Finding(f"line {number}", f"{line.strip()[:100]} is published, it would be written {ours.strip()[:100]}")
+            return
+
+
+def _text(leaderboard: LeaderboardRecord) -> str:
+    return leaderboard.model_dump_json(indent=2) + "\n"
 
 
 def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:

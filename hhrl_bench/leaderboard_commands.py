@@ -7,12 +7,14 @@ from pathlib import Path
 
 import typer
 
+from hhrl_agents.files import write_atomically
 from hhrl_bench import leaderboard
 from hhrl_bench.differences import Finding
 from hhrl_bench.fresh import check_fresh
 from hhrl_bench.level import Level
+from hhrl_bench.markdown_tables import markdown
 from hhrl_bench.progress import progress
-from hhrl_bench.publication import INDEX, check_index, entry_paths, require_submittable, write_index
+from hhrl_bench.publication import INDEX, check_index, entry_paths, of_suite, require_submittable, write_index
 from hhrl_bench.store import Store
 from hhrl_bench.verification import verify
 
@@ -45,7 +47,9 @@ def build(folder: Path, level: Level) -> bool:
     if any(found.values()):
         return False
     index = write_index(folder, level)
-    typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries", err=True)
+    for suite in dict.fromkeys(entry.suite for entry in index.entries):
+        write_atomically(folder / f"{suite}.md", markdown(of_suite(folder, suite)))
+    typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)
     return True
 
 
@@ -72,6 +76,7 @@ def _verify(
         yield from verify(board, store, level, update, sample, seed)
         if fresh is not None:
             yield from check_fresh(board, store, fresh, seed, update)
+    yield from leaderboard.respelt(path, board)
 
 
 def _print(found: dict[str, list[Finding]], level: Level) -> None:

@@ -44,6 +44,9 @@ class LeaderboardRecord(Record):
 
     @model_validator(mode="after")
     def _all_are_of_known_tasks_and_unique(self) -> Self:
+        ids = [task.id for task in self.tasks]
+        if len(set(ids)) < len(ids):
+            raise ValueError(f"the tasks {', '.join(ids)} name one twice; keep one")
         self._require("result", [(result.agent, result.task) for result in self.results])
         self._require("training", [(training.method, training.task) for training in self.trainings])
         return self

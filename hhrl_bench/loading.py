@@ -60,9 +60,9 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
     if name in METHODS:
         return _load_shipped(name, scenario)
     path = Path(source)
-    if path.is_dir():
+    if _holds(path.is_dir):
         return _load_directory(path, scenario)
-    if path.is_file():
+    if _holds(path.is_file):
         return [_load_checkpoint(path, scenario)]
     if ":" in name:
         return [LoadedAgent("factory", _call_factory(name, scenario))]
@@ -70,6 +70,13 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
         f"unknown agent {name!r}; write a checkpoint file, a run directory, module:factory, or one of: "
         + ", ".join([*RULES, *shipped_methods()])
     )
+
+
+def _holds(check: Callable[[], bool]) -> bool:
+    try:
+        return check()
+    except OSError:  # a name that is too long for a file, or a folder that must not be looked into
+        return False
 
 
 def shipped_methods() -> dict[str, int]:
@@ -93,7 +100,7 @@ def _load_directory(folder: Path, scenario: Scenario) -> list[LoadedAgent]:
 
 def _checkpoints(folder: Path) -> list[Path]:
     """Return the chosen checkpoints in a folder, lowest seed first."""
-    named = ((re.fullmatch(r"seed-([0-9]+)\.safetensors", path.name), path) for path in folder.glob("seed-*"))
+    named = ((re.fullmatch(r"seed-([0-9]{1,9})\.safetensors", path.name), path) for path in folder.glob("seed-*"))
     return [path for _, path in sorted((int(match[1]), path) for match, path in named if match)]
 
 

@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pydantic import JsonValue
+from pydantic import JsonValue, ValidationError
 
-from hhrl_bench.records import Name, Record
+from hhrl_bench.errors import RecordError
+from hhrl_bench.records import Name, Record, first_problem
 
 
 class MethodRecord(Record):
@@ -17,9 +18,17 @@ class MethodRecord(Record):
 
 
 def method_records(metadata: Iterable[Mapping[str, Any]]) -> tuple[MethodRecord, ...]:
-    """Return the methods that checkpoints with these metadata were trained by, each once, in their order."""
-    found = {
-        data["config_hash"]: MethodRecord(id=data["method"], config_hash=data["config_hash"], config=data["config"])
-        for data in metadata
-    }
-    return tuple(found.values())
+    """Return the methods that checkpoints with these metadata were trained by, each once, in their order.
+
+    Raises:
+        RecordError: if the metadata do not say so.
+    """
+    return tuple({record.config_hash: record for record in map(_record, metadata)}.values())
+
+
+def _record(metadata: Mapping[str, Any]) -> MethodRecord:
+    given = {"id": metadata.get("method"), **{key: metadata.get(key) for key in ("config_hash", "config")}}
+    try:
+        return MethodRecord.model_validate(given)
+    except ValidationError as error:
+        raise RecordError(f"a checkpoint says of its method what cannot be: {first_problem(error)}") from error

@@ -7,9 +7,10 @@ from pydantic import ValidationError
 
 from hhrl_agents.files import write_atomically
 from hhrl_bench.code_hash import code_sha256
+from hhrl_bench.errors import RecordError
 from hhrl_bench.loading import load_agents
-from hhrl_bench.records import Record, ResultRecord, Sha256, TimedResult
-from hhrl_bench.store import Store
+from hhrl_bench.records import Record, ResultRecord, RunRecord, Sha256, TimedResult
+from hhrl_bench.store import Store, read
 from hhrl_bench.tasks import Task
 from hhrl_envs import get_scenario
 
@@ -25,7 +26,7 @@ def keep_outcome(path: Path, make: Callable[[], TimedResult], agent: str, task: 
     """Return the outcome in a file, or the one that ``make`` makes anew, which is then written there.
 
     It is made anew where there is none, where it was made by other code, where ``agent`` has other checkpoints now, and
-    where the store lacks some of its evidence. An agent that is the user's own code is always scored anew.
+    where the store lacks some of its files or they are damaged. An agent that is the user's own code is always scored anew.
     """
     known = _read(path)
     if known and known.code_sha256 == code_sha256() and _still_holds(known.outcome.result, agent, task, store):
@@ -47,7 +48,19 @@ def _read(path: Path) -> OutcomeRecord | None:
 def _still_holds(result: ResultRecord, agent: str, task: Task, store: Store) -> bool:
     loaded = load_agents(agent, get_scenario(task.scenario))
     return (
-        all(one.kind != "factory" for one in loaded)
+        result.task == task.id
+        and all(one.kind != "factory" for one in loaded)
         and [one.sha256 for one in loaded] == [run.checkpoint_sha256 for run in result.runs]
-        and all(run.evidence_sha256 and store.evidence(run.evidence_sha256).exists() for run in result.runs)
+        and all(_are_whole(run, store) for run in result.runs)
     )
+
+
+def _are_whole(run: RunRecord, store: Store) -> bool:
+    """Return whether the evidence and the checkpoint of a run, if it has one, lie in the store, and are not damaged."""
+    try:
+        read(store.evidence(str(run.evidence_sha256)))
+        if run.checkpoint_sha256:
+            read(store.checkpoint(run.checkpoint_sha256))
+    except RecordError:
+        return False
+    return True

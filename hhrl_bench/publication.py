@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 import hhrl_bench
 from hhrl_agents.files import write_atomically
-from hhrl_bench import leaderboard
+from hhrl_bench import leaderboard, suite
 from hhrl_bench.differences import Finding, differences
 from hhrl_bench.errors import RecordError
 from hhrl_bench.index_records import EntryRecord, IndexRecord, VerifiedRecord
@@ -17,7 +17,6 @@ from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.level import Level
 from hhrl_bench.records import SCHEMA_VERSION, first_problem
 from hhrl_bench.store import Store, sha256_of
-from hhrl_bench.suite import SUITES, get_suite
 
 INDEX, SCHEMA = "INDEX.json", "schema.json"
 NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,60}")
@@ -69,18 +68,18 @@ def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> No
     Raises:
         RecordError: if the name is taken or none, or the entry is not what a run of its suite makes.
     """
-    if not NAME.fullmatch(name) or name in SUITES:
+    if not NAME.fullmatch(name) or name in suite.SUITES:
         raise RecordError(
             f"cannot call an entry {name!r}; write small letters, digits and hyphens, and no suite's name"
         )
     if (folder / f"{name}.json").exists():
         raise RecordError(f"{folder} holds an entry {name} already; write another --name")
-    suite = get_suite(board.suite)
-    _require_equal("tasks", [task.id for task in board.tasks], list(suite.tasks), suite.id)
-    _require_equal("episodes", {task.episodes for task in board.tasks}, {suite.episodes}, suite.id)
+    own = suite.get_suite(board.suite)
+    _require_equal("tasks", [task.id for task in board.tasks], list(own.tasks), own.id)
+    _require_equal("episodes", {task.episodes for task in board.tasks}, {own.episodes}, own.id)
     scored = {(result.agent, result.task) for result in board.results}
     agents = dict.fromkeys(result.agent for result in board.results)
-    missing = [f"{agent} on {task}" for agent in agents for task in suite.tasks if (agent, task) not in scored]
+    missing = [f"{agent} on {task}" for agent in agents for task in own.tasks if (agent, task) not in scored]
     if missing:
         raise RecordError(f"the entry lacks {missing[0]}; every agent of an entry is scored on all tasks of its suite")
 

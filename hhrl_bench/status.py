@@ -6,10 +6,11 @@ from pathlib import Path
 
 from rich.console import Console
 
-from hhrl_bench.board import Board, StudyStatus, UnitStatus, one_line
+from hhrl_bench.board import Board, StudyStatus, UnitStatus
 from hhrl_bench.executors import Execution
 from hhrl_bench.study import Study
 from hhrl_bench.study_view import Tally, unit_table
+from hhrl_envs.errors import one_line
 
 FOLDER = "progress"
 

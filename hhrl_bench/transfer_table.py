@@ -20,7 +20,7 @@ def print_transfers(console: Console, rows: Sequence[TransferRecord]) -> None:
     columns = [column for column in COLUMNS if any(column.cell(row).value for row in rows)]
     narrower = [_tables(rows, columns[:last], intervals=False) for last in range(len(columns), 0, -1)]
     place = print_widest(console, [_tables(rows, columns, intervals=True), *narrower])
-    console.print(_notes(rows, intervals=place == 0), style="dim", highlight=False)
+    console.print("\n".join(notes(rows, intervals=place == 0)), style="dim", highlight=False)
 
 
 def _tables(rows: Sequence[TransferRecord], columns: Sequence[Column], *, intervals: bool) -> Group:
@@ -53,15 +53,14 @@ def _table(rows: Sequence[TransferRecord], columns: Sequence[Column], *, interva
     return table
 
 
-def _notes(rows: Sequence[TransferRecord], *, intervals: bool) -> str:
+def notes(rows: Sequence[TransferRecord], *, intervals: bool = True) -> list[str]:
+    """Return what to know of the arms, a sentence or two a line."""
     budgets = sorted({row.budget for row in rows})
     words = " to ".join(f"{budget:,}" for budget in dict.fromkeys((budgets[0], budgets[-1])))
-    shown = "The pair under a number is its 95% interval, a bootstrap over the seeds; inf: without bound."
-    return "\n".join(
-        (
-            f"Success on validation episodes; a budget of {words} env steps.",
-            "Steps: the median in thousands, or how many seeds got there within the budget.",
-            "Steps ratio: of the medians, below 1 is faster than scratch; <= and >= where one lies beyond the budget.",
-            shown if intervals else "A wider terminal shows more columns and 95% intervals.",
-        )
-    )
+    shown = "The pair with a number is its 95% interval, a bootstrap over the seeds; inf: without bound."
+    return [
+        f"Success on validation episodes; a budget of {words} env steps.",
+        "Steps: the median in thousands, or how many seeds got there within the budget.",
+        "Steps ratio: of the medians, below 1 is faster than scratch; <= and >= where one lies beyond the budget.",
+        shown if intervals else "A wider terminal shows more columns and 95% intervals.",
+    ]

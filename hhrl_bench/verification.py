@@ -1,24 +1,23 @@
 """Verification of an entry: what it says, computed again from what it rests on, level by level, offline."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
-from hhrl_bench.checked_result import CheckedResult
+from hhrl_bench.checked_result import CheckedResult, played_task
 from hhrl_bench.derived import derived
 from hhrl_bench.differences import Finding, differences
-from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.level import Level
 from hhrl_bench.progress import Update, silent
-from hhrl_bench.records import TaskRecord
 from hhrl_bench.rerunning import rerun
 from hhrl_bench.results import task_record
 from hhrl_bench.statistics import CONFIDENCE
 from hhrl_bench.store import Store
 from hhrl_bench.summaries import BOOTSTRAP_SEED
-from hhrl_bench.tasks import SCRIPTED, get_task
 from hhrl_bench.transfer_rows import recompute
+from hhrl_envs.errors import InputError
 
 
 def verify(
@@ -57,22 +56,40 @@ def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:
     yield from differences("confidence", board.confidence, CONFIDENCE)
     yield from differences("bootstrap_seed", board.bootstrap_seed, BOOTSTRAP_SEED)
     for index, task in enumerate(board.tasks):
-        yield from differences(f"tasks[{index}]", task.model_dump(), _of_this_version(task).model_dump())
+        found = task_record(played_task(task), task.episodes)
+        yield from differences(f"tasks[{index}]", task.model_dump(), found.model_dump())
+    yield from differences("checkpoints_published", board.checkpoints_published, board.transfer is None)
+    if board.transfer:
+        yield from differences("transfer.bootstrap_seed", board.transfer.bootstrap_seed, BOOTSTRAP_SEED)
+    yield from _check_failed(board)
 
 
-def _of_this_version(record: TaskRecord) -> TaskRecord:
-    task = get_task(record.id)
-    if task.opponent:
-        task = task.against(record.opponent.agent if record.opponent else SCRIPTED)
-    return task_record(task, record.episodes)
+def _check_failed(board: LeaderboardRecord) -> Iterator[Finding]:
+    """Yield the results that have other seeds, with those that failed, than their learning curves."""
+    curves = {(one.method, one.task): one.seeds for one in board.trainings}
+    if board.transfer:
+        curves |= {(f"{row.method} {row.arm}", row.target): row.seeds for row in board.transfer.rows}
+    for index, result in enumerate(board.results):
+        if seeds := curves.get((result.agent, result.task)):
+            failed = tuple(seed for seed in seeds if seed not in result.seeds)
+            yield from differences(f"results[{index}].failed_seeds", result.failed_seeds, failed)
 
 
 def _check_derived(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
+    published = board.checkpoints_published
+    yield from _check_again(
+        "results, trainings", board, lambda: derived(board.results, board.trainings, store, checkpoints=published)
+    )
+    if transfer := board.transfer:
+        yield from _check_again("transfer", board, lambda: {"transfer": recompute(transfer)})
+
+
+def _check_again(place: str, board: LeaderboardRecord, compute: Callable[[], dict[str, Any]]) -> Iterator[Finding]:
+    """Yield in which fields, computed again from what stands at ``place``, a leaderboard differs."""
     try:
-        found = derived(board.results, board.trainings, store, checkpoints=board.checkpoints_published)
-    except RecordError:  # a file is missing or damaged, which its result has said
+        found = compute()
+    except InputError as error:
+        yield Finding(place, f"what follows from them cannot be computed: {error}")
         return
-    names = (*found, *(["transfer"] if board.transfer else []))
-    transfer = {"transfer": recompute(board.transfer)} if board.transfer else {}
-    again = board.model_copy(update=found | transfer).model_dump(include=set(names))
-    yield from differences("", board.model_dump(include=set(names)), again)
+    again = board.model_copy(update=found).model_dump(include=set(found))
+    yield from differences("", board.model_dump(include=set(found)), again)

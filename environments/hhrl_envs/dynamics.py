@@ -43,3 +43,18 @@ def braking_distance(speed: float, c: Floats) -> float:
         covered += 0.5 * (speed + moved) * c[at.DT]
         speed = moved
     return covered
+
+
+@inner
+def longest_braking(speed: float, c: Floats) -> float:
+    """Return metres that ``braking_distance`` surely does not exceed, at the cost of some divisions.
+
+    What the deceleration still lacks of its last value b shrinks in every step by the share LAG_GAIN, or by JERK_STEP
+    where that is less: over all steps it adds up to b / gain, and to (b - JERK_STEP / gain)^2 / (2 JERK_STEP) more
+    where the jerk is limited. An ego that drives on for as long as it takes b to make up for that, and then brakes
+    with b at once, is never slower. Half of b dt^2 is for the step in which the ego comes to a stand.
+    """
+    brake, gain, most, dt = min(-c[at.EGO_MIN_ACCEL], c[at.GRIP]), c[at.LAG_GAIN], c[at.JERK_STEP], c[at.DT]
+    limited = max(brake - most / gain, 0.0)
+    delay = (brake / gain + limited * limited / (2.0 * most)) * dt / brake
+    return float(speed * (delay + speed / (2.0 * brake)) + 0.5 * brake * dt * dt)

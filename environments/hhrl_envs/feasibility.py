@@ -14,7 +14,7 @@ from math import sqrt
 
 from hhrl_envs import layout as at
 from hhrl_envs.compiled import Floats, inner, unsigned
-from hhrl_envs.dynamics import actuate, braking_distance
+from hhrl_envs.dynamics import actuate, braking_distance, longest_braking
 from hhrl_envs.goals import FOLLOW, STOP
 from hhrl_envs.layout import FAR
 from hhrl_envs.traffic import HARDEST_DECEL
@@ -67,9 +67,10 @@ def surely_survives(m: Floats, s: int, c: Floats) -> bool:
     front = s + at.VEHICLE
     hardest = min(max(HARDEST_DECEL, -c[at.EGO_MIN_ACCEL]), c[at.GRIP])
     rear = m[front + at.POSITION] - c[at.LENGTH] + m[front + at.SPEED] * m[front + at.SPEED] / (2.0 * hardest)
-    stands = m[s + at.POSITION] + braking_distance(m[s + at.SPEED], c)
     last_step = hardest * c[at.DT] * c[at.DT]
-    return bool((stands < rear - last_step - MARGIN) & (stands <= c[at.FARTHEST]))
+    room = min(rear - last_step - MARGIN, c[at.FARTHEST]) - m[s + at.POSITION]
+    speed = m[s + at.SPEED]
+    return bool((longest_braking(speed, c) < room) or (braking_distance(speed, c) < room))
 
 
 @inner

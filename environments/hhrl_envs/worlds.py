@@ -19,7 +19,8 @@ EGO = unsigned(0)
 COUNT, START, PROFILE, GREEN = (unsigned(purpose) for purpose in range(4))  # of the streams
 FIRST, SECOND = unsigned(0), unsigned(1)  # draw indices
 STYLE_DRAW, SLOW_DRAW, FAMILY_DRAW = unsigned(100), unsigned(101), unsigned(102)  # beside those of the parameters
-STATE, ALL = (int(end) // at.STRIDE for end in (at.PROFILE, at.VEHICLE))  # fields of a vehicle's record
+# Among the fields of a vehicle's record: those of its motion that a world always clears, and those of its profile.
+MOVING, MOVED, PROFILED, DRAWN = (int(end) // at.STRIDE for end in (at.ACCEL, at.NEXT_SLOW, at.PROFILE, at.TARGET))
 FULL, ROLLING, RUNS = range(3)
 NOBODYS = -1.0  # the FAMILY of absent vehicles
 EASY_DECEL = 3.0  # m/s^2; initial speeds leave every follower this comfortable a stop
@@ -49,8 +50,8 @@ def draw_profile(m: Floats, s: int, key: np.uint64, c: Floats) -> None:
 
 @inner
 def clear_state(m: Floats, s: int) -> None:
-    """Forget the state of the vehicle ``s``, but for its profile."""
-    for field in range(STATE):
+    """Forget how the vehicle ``s`` was moving; its place, speed and profile are drawn."""
+    for field in range(MOVING, MOVED):
         m[s + unsigned(field * at.STRIDE)] = 0.0
 
 
@@ -61,10 +62,11 @@ def send_away(m: Floats, s: int, slot: int) -> None:
     Its profile is all ones but for the FAMILY, which says that it is nobody's.
     """
     if m[s + at.FAMILY] != NOBODYS:
-        for field in range(STATE, ALL):
+        for field in range(PROFILED, DRAWN):
             m[s + unsigned(field * at.STRIDE)] = 1.0
         m[s + at.FAMILY] = NOBODYS
     m[s + at.POSITION] = FAR * (slot + 1)
+    m[s + at.SPEED] = 0.0
     m[s + at.LINE] = FAR * FAR
     m[s + at.NEXT_SLOW] = FAR * FAR
 

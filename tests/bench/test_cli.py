@@ -160,7 +160,7 @@ def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: ScoreSuite, t
     assert board.provenance.command == "hhrl-bench run --suite quick"
     assert done("leaderboard", "show", str(path)) == said
     assert LeaderboardRecord.model_validate_json(done("leaderboard", "show", str(path), "--json")) == board
-    assert [p.name for p in path.parent.iterdir()] == ["a.json"]
+    assert sorted(p.name for p in path.parent.iterdir()) == ["a.json", "evidence"]
 
 
 @pytest.mark.usefixtures("tiny")

@@ -3,7 +3,6 @@
 import json
 import shutil
 from pathlib import Path
-from types import MappingProxyType
 
 import pytest
 
@@ -18,9 +17,7 @@ OWN = "import hhrl_agents\n\n\ndef make(scenario):\n    return hhrl_agents.RULES
 
 @pytest.fixture(autouse=True)
 def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
-    suites = MappingProxyType({"tiny": TINY})
-    monkeypatch.setattr(suite, "SUITES", suites)
-    monkeypatch.setattr(publication, "SUITES", suites)
+    monkeypatch.setattr(suite, "SUITES", {"tiny": TINY})
 
 
 @pytest.fixture(scope="module")

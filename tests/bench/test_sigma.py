@@ -1,5 +1,7 @@
 """Sigma is recovered from tables whose sigma is known, and from the paper's own with the figures that are published."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -65,6 +67,15 @@ def test_the_published_figures() -> None:
     residuals = [(policy.return_option, policy.return_action) for policy in PAPER["default"].policies]
     assert np.abs(residuals).max() == pytest.approx(PAPER["default"].largest)
     assert PAPER["recovered"].policies[0].line_speed == pytest.approx(6.1, abs=0.1)
+
+
+def test_the_replication_report_says_what_comes_out() -> None:
+    page = (Path(__file__).parents[2] / "REPLICATION.md").read_text()
+    said = {"recovered": "recovered", "default": "used here", "both": "both"}
+    said |= {name: f"{name}, the others free" for name in PAPER if name not in said}
+    for name, reading in PAPER.items():
+        cells = [f"{value:.3g}" for value in reading.sigma.values()]
+        assert f"| {' | '.join([said[name], *cells, f'{reading.largest:.2f}'])} |" in page
 
 
 def test_the_command_prints_a_table_and_the_record_as_json() -> None:

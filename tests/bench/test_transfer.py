@@ -156,12 +156,12 @@ def test_a_finished_transfer_is_not_done_again(source: Path, moved: Path, monkey
 
 def test_an_outcome_that_was_damaged_is_made_again(source: Path, moved: Path) -> None:
     path = run_of(moved, "zero-shot").folder / "result-10.json"
-    before = json.loads(path.read_text())["result"]
+    before = json.loads(path.read_text())["outcome"]["result"]
     path.write_text(path.read_text()[:100])
     (done,) = (
         unit.run() for unit in units_of(source, moved) if unit.name == "hybrid-hrl zero-shot on stop-line-wet-v0"
     )
-    assert json.loads(path.read_text())["result"] == json.loads(done.result.model_dump_json()) == before
+    assert json.loads(path.read_text())["outcome"]["result"] == json.loads(done.result.model_dump_json()) == before
 
 
 def units_of(source: Path, folder: Path) -> list[Unit]:

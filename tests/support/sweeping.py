@@ -39,5 +39,5 @@ SUITES = {
 
 
 if __name__ == "__main__":
-    suite.SUITES = SUITES  # type: ignore[misc]
+    suite.SUITES = SUITES
     main()
