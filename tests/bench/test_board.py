@@ -11,10 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hhrl_agents.files import OutputError
-from hhrl_bench.board import Board, StudyStatus, UnitStatus, one_line
+from hhrl_bench.board import Board, StudyStatus, UnitStatus
 from hhrl_bench.errors import RecordError
 from hhrl_bench.locks import is_locked, locked
 from hhrl_bench.overseer import Overseer
+from hhrl_envs.errors import one_line
 from support.command_line import invoke
 
 STUDY = StudyStatus(study="tiny", executor="local", started="2026-01-01T00:00:00+00:00", units=("a", "b on c", "../d"))
