@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
-from hhrl_envs import observation
 from hhrl_envs.advancing import BEGIN, MOVE_AND_SHOW, SHOW, advance_rows
 from hhrl_envs.arguments import as_count, as_learned_fronts, as_scenario
 from hhrl_envs.beginning import BEGUN, EPISODE, SEED, decide_rows
@@ -257,7 +256,8 @@ class Simulator:
     def _run(self, parts: int) -> None:
         """Do these parts of a step; see ``advancing``."""
         numbers, c, keys, special = self._numbers, self._constants, self._keys, self._special
-        observations, results, codes = self.frame[:3]
+        frame = self.frame
+        observations, results, codes = frame.all_observations, frame.all_results, frame.all_codes
         if self._workers is None:
             ended = advance_rows(numbers, c, keys, observations, results, codes, parts, special, 0, self._blocks)
         else:
