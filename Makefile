@@ -2,14 +2,17 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help bench test lint benchmark interop
+.PHONY: help bench test lint benchmark docs interop cluster kills
 
 help:
 	@echo "make bench      score the agents of the quick suite, print and write their leaderboard"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
 	@echo "make benchmark  measure the simulator's speed, next to its peers'"
+	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
+	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
+	@echo "make kills      kill a run at twenty random moments, and resume it each time"
 
 bench: .venv/installed-torch
 	$(BIN)/hhrl-bench run --suite quick
@@ -27,8 +30,17 @@ lint: .venv/installed-dev
 benchmark: .venv/installed-peers
 	$(BIN)/pytest tests/benchmarks -p no:xdist --benchmark-columns=min,median,rounds
 
+docs: .venv/installed-docs
+	$(BIN)/python docs/api.py site
+
 interop: .venv-ray/installed-interop
 	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/test_interop_rllib.py
+
+cluster: .venv-ray/installed-interop
+	.venv-ray/bin/pytest -o filterwarnings=error tests/bench/test_ray_cluster.py
+
+kills: .venv/installed-dev
+	HHRL_KILLS=20 $(BIN)/pytest tests/bench/test_killed_sweeps.py
 
 .venv/installed-%: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hhrl_bench import figures as fig
-from hhrl_bench.analysis_records import AnalysisRecord, EpisodeTraceRecord, named, shown, spoken
+from hhrl_bench.analysis_records import EpisodeTraceRecord, shown, spoken
 from hhrl_bench.analysis_style import (
     LEVEL_COLOURS,
     LEVEL_NAMES,
@@ -17,21 +17,20 @@ from hhrl_bench.analysis_style import (
     label_weights,
     outline,
 )
-from hhrl_envs import get_scenario
+from hhrl_envs import Scenario
 
 
-def draw_episode(record: AnalysisRecord) -> Figure:
-    """Return the figure; without options or attention their panels are left out."""
-    episode, dt = record.episode, get_scenario(record.task.scenario).dt
+def draw_episode(who: str, scenario: Scenario, episode: EpisodeTraceRecord) -> Figure:
+    """Return the figure of an episode of ``who``; without options or attention their panels are left out."""
+    dt, reach = scenario.dt, scenario.sensor.front_range
     end = len(episode.time) * dt
     panels = {"distance": 2.2, "speed": 1.6}
     panels |= {"option": 0.5} if episode.option else {}
     panels |= {"attention": 3.4} if episode.attention else {}
     panels |= {"reward": 2.0}
     title = f"test episode {episode.number}: {spoken(episode.outcome)} after {end:.1f} s"
-    figure = fig.new_figure(9.0, 1.15 * sum(panels.values()) + 1.2, named(record), title)
+    figure = fig.new_figure(9.0, 1.15 * sum(panels.values()) + 1.2, who, title)
     axes = dict(zip(panels, figure.subplots(len(panels), sharex=True, height_ratios=[*panels.values()]), strict=True))
-    reach = get_scenario(record.task.scenario).sensor.front_range
     _draw_distances(axes["distance"], episode, reach)
     _draw_speeds(axes["speed"], episode, reach)
     if "option" in axes:

@@ -8,12 +8,18 @@ from matplotlib.figure import Figure
 from hhrl_bench.analysis_episode_figure import draw_episode
 from hhrl_bench.analysis_levels_figure import draw_levels
 from hhrl_bench.analysis_plane_figure import draw_plane
-from hhrl_bench.analysis_records import AnalysisRecord
+from hhrl_bench.analysis_records import AnalysisRecord, named
 from hhrl_bench.analysis_usage_figure import draw_usage
 from hhrl_bench.figures import remove, save, style
+from hhrl_envs import get_scenario
+
+
+def _draw_episode(record: AnalysisRecord) -> Figure:
+    return draw_episode(named(record), get_scenario(record.task.scenario), record.episode)
+
 
 FIGURES: Mapping[str, Callable[[AnalysisRecord], Figure | None]] = {
-    "attention-episode": draw_episode,
+    "attention-episode": _draw_episode,
     "attention-plane": draw_plane,
     "option-usage": draw_usage,
     "level-rewards": draw_levels,

@@ -13,8 +13,8 @@ from hhrl_bench.analysis_records import (
     named,
     shown,
 )
+from hhrl_bench.cells import NONE
 from hhrl_bench.records import OptionName
-from hhrl_bench.table import NONE
 from hhrl_envs.observation import SYMBOLS
 
 FLAT = "The agent is flat: it has no options, so there is no option usage, and its only reward is r^task."

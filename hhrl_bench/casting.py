@@ -17,6 +17,11 @@ def evaluation_cast(task: Task) -> Cast:
     return _all_vehicles(task) if task.shared else EGO_ALONE
 
 
+def evaluation_slots(task: Task) -> tuple[int, ...]:
+    """Return the vehicles that an agent drives when it is scored."""
+    return _all_vehicles(task).slots if task.shared else EGO_ALONE.slots
+
+
 def training_cast(task: Task) -> Cast:
     """Return who drives when an agent is trained: it is the front vehicle where the task has an ego to train against.
 

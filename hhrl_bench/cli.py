@@ -9,31 +9,20 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-AGENT_HELP = "A registered name, a checkpoint, a run directory, or module:factory."
-AgentArgument = Annotated[str, typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
-AgentsArgument = Annotated[list[str], typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
-TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
-HeldOption = Annotated[
-    str | None,
-    typer.Option(
-        "--option",
-        metavar="[stop|follow]",
-        help="Hold this option fixed: stop at the stop-line (the paper's SSL), or follow the front vehicle (FFV).",
-    ),
-]
-WorkersOption = Annotated[
-    int | None, typer.Option(min=1, help="Processes that work side by side.", show_default="the number of cores")
-]
-OpponentOption = Annotated[
-    str | None,
-    typer.Option(
-        "--opponent",
-        metavar="AGENT",
-        help="Who drives the nearest front vehicle of adversary-v0: an agent, or scripted.",
-        show_default="the task's",
-    ),
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, on stdout.")]
+from hhrl_bench.cli_options import (
+    AddressOption,
+    AgentArgument,
+    AgentsArgument,
+    Executor,
+    ExecutorOption,
+    HeldOption,
+    JsonOption,
+    OpponentOption,
+    TaskOption,
+    UnitTimeoutOption,
+    WorkersOption,
+)
+from hhrl_bench.leaderboard_cli import leaderboard_app
 
 INTERRUPTED = 130
 
@@ -84,7 +73,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-leaderboard_app = typer.Typer(help="Read leaderboards.")
 app.add_typer(leaderboard_app, name="leaderboard")
 
 
@@ -182,12 +170,37 @@ def _analyse(
 @app.command("run")
 def _run(
     suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
-    out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="leaderboards/SUITE.json")] = None,
+    agent: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--agent",
+            metavar="AGENT",
+            help="Score this agent on the suite's tasks in place of the suite's own; may be repeated.",
+            show_default="the suite's",
+        ),
+    ] = None,
+    status: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Run nothing: say how far the suite with this --work folder is.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Leaderboard file.", show_default="leaderboards/SUITE.json, or with --agent runs/SUITE/entry.json"
+        ),
+    ] = None,
     work: Annotated[Path | None, typer.Option(help="Folder of its trainings.", show_default="runs/SUITE")] = None,
+    executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
+    address: AddressOption = None,
+    unit_timeout: UnitTimeoutOption = None,
 ) -> None:
     """Run a suite, print its table and write its leaderboard; what was stopped goes on; exit code 1 if a unit fails."""
-    raise typer.Exit(0 if _commands().run(suite, out, work, workers) else 1)
+    commands = _commands()
+    if status is not None:
+        commands.status(status)
+        return
+    execution = commands.execution(executor.value, workers, address, unit_timeout)
+    raise typer.Exit(0 if commands.run(suite, agent or (), out, work, execution) else 1)
 
 
 @app.command("transfer")
@@ -202,10 +215,15 @@ def _transfer(
     out: Annotated[Path, typer.Option(help="Folder of the trainings; its transfer.json is the last command's.")] = Path(
         "runs/transfer"
     ),
+    executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
+    address: AddressOption = None,
+    unit_timeout: UnitTimeoutOption = None,
 ) -> None:
     """Reuse a trained run in other tasks, arm by arm, beside training from scratch; what was stopped goes on."""
-    raise typer.Exit(0 if _commands().transfer(source, target, seeds, env_steps, episodes, out, workers) else 1)
+    commands = _commands()
+    execution = commands.execution(executor.value, workers, address, unit_timeout)
+    raise typer.Exit(0 if commands.transfer(source, target, seeds, env_steps, episodes, out, execution) else 1)
 
 
 @app.command("calibrate")
@@ -221,13 +239,10 @@ def _calibrate(
     raise typer.Exit(0 if held else 1)
 
 
-@leaderboard_app.command("show")
-def _leaderboard_show(
-    file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/quick.json"),
-    json: JsonOption = False,
-) -> None:
-    """Print a leaderboard as a table."""
-    _commands().show_leaderboard(file, as_json=json)
+@app.command("sigma")
+def _sigma(json: JsonOption = False) -> None:
+    """Recover the constants of the paper's reward from its Table I, and show what guesses would leave."""
+    _commands().sigma(as_json=json)
 
 
 @app.command("figures")
@@ -239,10 +254,13 @@ def _figures(
     _commands().figures(file, out)
 
 
-@leaderboard_app.command("schema")
-def _leaderboard_schema() -> None:
-    """Print the JSON schema of leaderboard files."""
-    _commands().show_schema()
+@app.command("report")
+def _report(
+    file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = Path("leaderboards/quick.json"),
+    out: Annotated[Path | None, typer.Option(help="The page to write.", show_default="FILE.html")] = None,
+) -> None:
+    """Write a leaderboard file as one HTML page: tables, figures, settings and provenance."""
+    _commands().report(file, out)
 
 
 @app.command("watch")

@@ -1,24 +1,27 @@
 """What the commands of the command line do: results on stdout, progress on stderr."""
 
 import json
-import math
 import os
 import shlex
 import time
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
+from tempfile import TemporaryDirectory
+from typing import Literal, cast
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from hhrl_agents.files import require_writable
+from hhrl_agents.files import OutputError, require_writable, write_atomically
 from hhrl_bench import leaderboard
-from hhrl_bench.errors import AgentError
-from hhrl_bench.executors import Done
+from hhrl_bench.attempts import Done
+from hhrl_bench.board import Board
+from hhrl_bench.errors import AgentError, ClusterError, RecordError
+from hhrl_bench.executors import HERE, Execution
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.leaderboard_table import print_leaderboard
 from hhrl_bench.listing import LISTS, Rows
 from hhrl_bench.loading import load_agent, load_agents
 from hhrl_bench.players import OPTIONS
@@ -27,12 +30,13 @@ from hhrl_bench.records import OptionName, TimedResult
 from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
 from hhrl_bench.seeds import MAX_TRAINING_SEED, parse_seeds
+from hhrl_bench.status import print_status, study_board, study_status
+from hhrl_bench.store import Store
 from hhrl_bench.study import Study, suite_study, transfer_study
+from hhrl_bench.study_view import study_view
 from hhrl_bench.suite import ScoreSuite, get_suite
 from hhrl_bench.table import print_results
 from hhrl_bench.tasks import Task, get_task
-from hhrl_bench.training_table import print_trainings
-from hhrl_bench.transfer_table import print_transfers
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
 
@@ -74,8 +78,7 @@ def train(
     try:
         with progress(f"{method}, seeds {seeds}") as update:
             for report in training.train(plan, resume=resume, tensorboard=tensorboard):
-                rates = " ".join("failed" if math.isnan(rate) else f"{rate:.0%}" for rate in report.success)
-                update(report.env_steps, plan.env_steps, f"validation success {rates}")
+                update(report.env_steps, plan.env_steps, report.note)
     except KeyboardInterrupt:
         typer.echo("hhrl-bench: the same command with --resume goes on from the last saved state", err=True)
         raise
@@ -118,7 +121,8 @@ def robustness(agents: Sequence[str], episodes: int, *, as_json: bool) -> bool:
     suite = replace(cast(ScoreSuite, get_suite("robustness")), agents=tuple(agents), episodes=episodes)
     _require_playable(agents, get_task(suite.tasks[0]))
     command = shlex.join(["hhrl-bench", "robustness", *agents, "--episodes", str(episodes)])
-    board = _do(replace(suite_study(suite, Path("runs")), command=command), workers=1)
+    with TemporaryDirectory() as folder:
+        board = _do(replace(suite_study(suite, Path(folder)), command=command), HERE)
     if board and as_json:
         typer.echo(board.model_dump_json(indent=2))
     elif board:
@@ -133,46 +137,71 @@ def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None
     analysis_command.run(_console(), agent, task, episodes, episode, out, as_json=as_json)
 
 
-def run(suite_id: str, out: Path | None, work: Path | None, workers: int | None) -> bool:
-    """Return whether every unit of the suite was done; write and print its leaderboard."""
-    study = suite_study(get_suite(suite_id), work or Path("runs") / suite_id)
-    return _publish(study, out or Path("leaderboards") / f"{suite_id}.json", workers)
+def run(suite_id: str, agents: Sequence[str], out: Path | None, work: Path | None, execution: Execution) -> bool:
+    """Return whether every unit of the suite was done; write and print its leaderboard, or that of other agents."""
+    folder = work or Path("runs") / suite_id
+    if not agents:
+        study = suite_study(get_suite(suite_id), folder)
+        return _publish(study, out or Path("leaderboards") / f"{suite_id}.json", folder, execution)
+    suite = get_suite(suite_id)
+    study = suite_study(ScoreSuite(suite.id, tuple(agents), suite.tasks, suite.episodes), folder)
+    _require_playable(agents, get_task(suite.tasks[0]))
+    words = ["hhrl-bench", "run", "--suite", suite_id, *(word for agent in agents for word in ("--agent", agent))]
+    return _publish(replace(study, command=shlex.join(words)), out or folder / "entry.json", folder, execution)
+
+
+def execution(
+    executor: Literal["local", "ray"], workers: int | None, address: str | None, unit_timeout: float | None
+) -> Execution:
+    """Return who does the units; ``unit_timeout`` in minutes."""
+    if executor != "ray" and address is not None:
+        raise ClusterError("an --address is that of a Ray cluster; add --executor ray")
+    if executor == "ray" and workers is not None:
+        raise ClusterError("a Ray cluster has the workers that its nodes have cores; leave --workers out")
+    patience = None if unit_timeout is None else 60.0 * unit_timeout
+    return Execution(executor, workers or os.cpu_count() or 1, address, patience)
+
+
+def status(folder: Path) -> None:
+    """Return nothing; print how far the suite is whose trainings lie in ``folder``."""
+    print_status(_console(), study_board(folder))
 
 
 def transfer(
-    source: str, targets: Sequence[str], seeds: str, env_steps: int, episodes: int, out: Path, workers: int | None
+    source: str, targets: Sequence[str], seeds: str, env_steps: int, episodes: int, out: Path, execution: Execution
 ) -> bool:
     """Return whether every arm was done; reuse a source in the targets, write and print what it is worth there."""
     require("torch", "torch")
     study = transfer_study(source, targets, parse_seeds(seeds) if seeds else (), env_steps, episodes, out)
-    return _publish(study, out / "transfer.json", workers)
+    return _publish(study, out / "transfer.json", out, execution)
 
 
-def _publish(study: Study, path: Path, workers: int | None) -> bool:
+def _publish(study: Study, path: Path, folder: Path, execution: Execution) -> bool:
     """Return whether every unit of the study was done; write and print its leaderboard if so."""
     require_writable(path)
-    board = _do(study, workers or os.cpu_count() or 1)
+    progress_board = study_board(folder)
+    with progress_board.opened(study_status(study, execution)):
+        board = _do(study, execution, progress_board)
     if board is None:
         typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
         return False
-    written = leaderboard.write(board, path)
-    _print_leaderboard(board)
+    written = leaderboard.publish(board, path, study.store)
+    print_leaderboard(_console(), board)
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
     return True
 
 
-def _do(study: Study, workers: int) -> LeaderboardRecord | None:
+def _do(study: Study, execution: Execution, board: Board | None = None) -> LeaderboardRecord | None:
     """Return the leaderboard of a study; None if a unit has failed, which is said."""
     done: list[Done] = []
-    with progress(f"suite {study.name}") as update:
-        for one in study.run(workers):
+    with study_view(study.name, study.units) as view:
+        for one in study.run(execution, board, view.show):
             done.append(one)
-            said = f"success {one.outcome.result.metrics.success.mean:.1%}" if one.outcome else "failed"
-            update(len(done), study.units, f"{one.unit.name}: {said}")
+            view.ended(one)
     failed = [one for one in done if one.outcome is None]
     for one in failed:
         typer.echo(f"hhrl-bench: {one.unit.name} failed: {one.failure}", err=True)
-    return None if failed else study.leaderboard(done)
+    return None if failed else study.leaderboard(done, execution.executor)
 
 
 def figures(path: Path, out: Path | None) -> None:
@@ -180,8 +209,26 @@ def figures(path: Path, out: Path | None) -> None:
     require("matplotlib", "report")
     from hhrl_bench.leaderboard_figures import save_leaderboard_figures  # noqa: PLC0415
 
-    for file in save_leaderboard_figures(leaderboard.read(path), out or path.with_suffix("")):
+    board, folder = leaderboard.read(path), out or path.with_suffix("")
+    written = save_leaderboard_figures(board, Store(path.parent), folder)
+    if not written:
+        raise RecordError(f"the leaderboard of {board.suite} has one agent a task and no curves: nothing to draw")
+    for file in written:
         typer.echo(f"wrote {file}", err=True)
+
+
+def report(path: Path, out: Path | None) -> None:
+    """Return nothing; write the page of a leaderboard file, beside it by default."""
+    require("jinja2", "report")
+    require("matplotlib", "report")
+    from hhrl_bench.report import html  # noqa: PLC0415
+
+    board, page = leaderboard.read(path), out or path.with_suffix(".html")
+    if page.resolve() == path.resolve():
+        raise OutputError(f"cannot write {page}: it is the leaderboard; name another --out")
+    require_writable(page)
+    write_atomically(page, html(board, Store(path.parent)))
+    typer.echo(f"wrote {page}", err=True)
 
 
 def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, check: bool) -> bool:
@@ -203,13 +250,24 @@ def calibrate(seed: int, generations: int, episodes: int, out: Path | None, *, c
     return record.holds
 
 
-def show_leaderboard(path: Path, *, as_json: bool) -> None:
-    """Return nothing; print a leaderboard file as a table, or as the JSON it is."""
+def sigma(*, as_json: bool) -> None:
+    """Return nothing; print the constants of the reward that Table I implies."""
+    from hhrl_bench.sigma_report import measure, print_sigma  # noqa: PLC0415
+
+    record = measure()
+    if as_json:
+        typer.echo(record.model_dump_json(indent=2))
+    else:
+        print_sigma(_console(), record)
+
+
+def show_leaderboard(path: Path, *, details: bool, as_json: bool) -> None:
+    """Return nothing; print a leaderboard file as tables, in ``details`` or not, or as the JSON it is."""
     board = leaderboard.read(path)
     if as_json:
         typer.echo(board.model_dump_json(indent=2))
     else:
-        _print_leaderboard(board)
+        print_leaderboard(_console(), board, details=details)
 
 
 def show_schema() -> None:
@@ -253,16 +311,6 @@ def _option(spelling: str | None) -> OptionName | None:
     return None if spelling is None else cast(OptionName, names[spelling.lower()])
 
 
-def _print_leaderboard(board: LeaderboardRecord) -> None:
-    console = _console()
-    for task in board.tasks:
-        print_results(console, task, [result for result in board.results if result.task == task.id])
-    if board.transfer:
-        print_transfers(console, board.transfer.rows)
-    if board.trainings:
-        print_trainings(console, board.trainings)
-
-
 def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) -> None:
     if as_json:
         typer.echo(json.dumps(rows, indent=2))
@@ -281,5 +329,7 @@ def _said(value: object) -> str:
 
 def _console() -> Console:
     """Return the console of stdout; wide enough for any table where that is no terminal and COLUMNS is not set."""
-    console = Console()
-    return console if console.is_terminal or "COLUMNS" in os.environ else Console(width=PLAIN_WIDTH)
+    console = Console(markup=False, emoji=False)  # names are text, whatever brackets and colons they hold
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = PLAIN_WIDTH
+    return console

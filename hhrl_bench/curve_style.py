@@ -1,18 +1,26 @@
 """How learning curves are drawn: the mean over seeds in its band, over env steps. Needs the ``report`` extra."""
 
-from collections.abc import Iterable
+from collections.abc import Collection
+from math import ceil
 from typing import Literal, NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
-from hhrl_bench.results import BOOTSTRAP_SEED
+from hhrl_bench.figures import INK
 from hhrl_bench.statistics import FloatArray, bootstrap_band
+from hhrl_bench.summaries import BOOTSTRAP_SEED
+from hhrl_bench.transfer_metrics import THRESHOLD
 
 BAND = "band: 95% interval of the mean over the seeds"
+
+_LETTER, _HANDLE = 0.07, 0.65  # inches in a legend
+
+Dashes = Literal["-", "--", "-.", ":"]
 
 
 class Line(NamedTuple):
@@ -20,7 +28,10 @@ class Line(NamedTuple):
 
     name: str
     colour: str
-    dashes: Literal["-", "--", "-.", ":"]
+    dashes: Dashes
+
+
+AT_THRESHOLD = Line(f"{THRESHOLD:.0%}", INK, ":")
 
 
 def draw_curves(axes: Axes, env_steps: FloatArray, curves: FloatArray, line: Line) -> None:
@@ -39,7 +50,19 @@ def rate_axes(axes: Axes, last: float) -> None:
     axes.grid(visible=True)
 
 
-def legend_below(figure: Figure, lines: Iterable[Line]) -> None:
+def draw_threshold(axes: Axes) -> None:
+    """Return nothing; draw a line at the success rate that a method has to reach."""
+    axes.axhline(THRESHOLD, color=AT_THRESHOLD.colour, linestyle=AT_THRESHOLD.dashes, linewidth=1.0)
+
+
+def legend_below(figure: Figure, lines: Collection[Line]) -> None:
     """Return nothing; name the lines below all axes."""
     handles = [Line2D([], [], color=line.colour, linestyle=line.dashes, label=line.name) for line in lines]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), handlelength=3.0)
+    name_below(figure, handles)
+
+
+def name_below(figure: Figure, handles: Collection[Artist]) -> None:
+    """Return nothing; put a legend below all axes, in as many rows of about equal length as it takes."""
+    inches = _LETTER * max(len(str(handle.get_label())) for handle in handles) + _HANDLE
+    rows = ceil(len(handles) * inches / figure.get_figwidth())
+    figure.legend(handles=list(handles), loc="outside lower center", ncols=ceil(len(handles) / rows), handlelength=3.0)

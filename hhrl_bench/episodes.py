@@ -21,6 +21,9 @@ class EpisodeRecords:
         return_action: undiscounted sum of r^action for the selected options; NaN for flat agents, float64.
         unsmooth: steps with too large a jerk, int32.
         unsafe: sum of the unsafe penalties of both sub-goals, positive, float64.
+        impact_speed: speed over the front vehicle's at a collision, m/s; NaN without one, float64.
+        smallest_gap: smallest free road to a front vehicle, m; NaN if there never was one in range, float64.
+        smallest_ttc: smallest free road over closing speed (time to collision), s; NaN if never closing, float64.
     """
 
     seed: NDArray[np.uint64]
@@ -31,6 +34,9 @@ class EpisodeRecords:
     return_action: NDArray[np.float64]
     unsmooth: NDArray[np.int32]
     unsafe: NDArray[np.float64]
+    impact_speed: NDArray[np.float64]
+    smallest_gap: NDArray[np.float64]
+    smallest_ttc: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.seed)

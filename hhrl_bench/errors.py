@@ -20,8 +20,12 @@ class AgentError(InputError):
 
 
 class RecordError(InputError):
-    """A leaderboard file that is not one."""
+    """A leaderboard or progress file that is not one."""
 
 
 class CurveError(InputError):
     """Learning curves that are none, or that cannot be compared."""
+
+
+class ClusterError(InputError):
+    """A cluster that does not answer, or a node that is not as the others are."""

@@ -1,93 +1,90 @@
 """Executors: who does the units of a suite. Which one did is provenance, never a difference in numbers."""
 
-import multiprocessing
-import os
-import signal
+from collections import Counter, deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from threading import Thread
-from typing import NamedTuple
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from typing import Final, Literal
 
-from hhrl_bench.records import TimedResult
+from hhrl_bench.attempts import Done
+from hhrl_bench.board import Board
+from hhrl_bench.local_pool import LocalPool
+from hhrl_bench.overseer import Overseer
+from hhrl_bench.pools import Here, Pool
+from hhrl_bench.ray_pool import RayPool
 from hhrl_bench.units import Unit
 from hhrl_envs import SCENARIOS, Simulator
-from hhrl_envs.errors import InputError
 
 ATTEMPTS = 3
-"""How often a unit is begun whose process, or one beside it, has died."""
+"""How often a unit is begun whose worker is lost or stalls."""
+
+TICK = 0.2
+"""Seconds after which the overseer may look at the board, though no unit has ended."""
 
 
-class Done(NamedTuple):
-    """A unit and its outcome; where there is none, ``failure`` says why."""
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """Who does the units.
 
-    unit: Unit
-    outcome: TimedResult | None
-    failure: str = ""
-
-
-def run_units(units: Sequence[Unit], workers: int) -> Iterator[Done]:
-    """Return the units as they are done: by ``workers`` processes of this machine, or by this one if that is 1.
-
-    Every process computes with one thread. A unit that fails does not keep the others from being done; one whose
-    process dies is begun again, and goes on where it was if it trains.
+    Attributes:
+        executor: processes of this machine, or a Ray cluster.
+        workers: how many processes of this machine; 1: this one itself, unless units have to be timed.
+        address: of the cluster; see :class:`hhrl_bench.ray_pool.RayPool`.
+        patience: seconds without a word of a unit after which its worker is ended; None: any.
     """
-    if workers == 1:
-        for unit in units:
-            yield _attempt(unit)
-        return
-    _compile()
-    waiting = list(units)
-    for _ in range(ATTEMPTS):
-        for done in _run_pool(waiting, workers):
-            waiting.remove(done.unit)
-            yield done
-        if not waiting:
-            return
-    for unit in waiting:
-        yield Done(unit, None, f"a worker process died {ATTEMPTS} times; is there enough memory?")
+
+    executor: Literal["local", "ray"] = "local"
+    workers: int = 1
+    address: str | None = None
+    patience: float | None = None
+
+    @contextmanager
+    def pool(self, board: Board | None = None) -> Iterator[Pool]:
+        """Return a context with a pool, of which nothing is left after it."""
+        with closing(self._pool(board)) as pool:
+            yield pool
+
+    def _pool(self, board: Board | None) -> Pool:
+        if self.executor == "ray":
+            return RayPool(self.address, board)
+        if self.workers == 1 and self.patience is None:
+            return Here(board)
+        Simulator(next(iter(SCENARIOS)), 1).reset([0])  # compiled once, so that the workers find it in the cache
+        return LocalPool(self.workers, board)
 
 
-def _run_pool(units: Sequence[Unit], workers: int) -> Iterator[Done]:
-    """Return the units as they are done, until there are no more, or a process has died."""
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(workers, len(units)), mp_context=context, initializer=_begin) as pool:
-        try:
-            for future in as_completed([pool.submit(_attempt, unit) for unit in units]):
-                yield future.result()
-        except BrokenProcessPool:
-            return
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            while children := multiprocessing.active_children():
-                for process in children:
-                    process.terminate()
-                    process.join()
-            raise
+HERE: Final = Execution()
 
 
-def _attempt(unit: Unit) -> Done:
-    try:
-        return Done(unit, unit.run())
-    except InputError as error:
-        return Done(unit, None, str(error))
-    except Exception as error:  # noqa: BLE001 - the other units go on, and this one is shown as failed
-        return Done(unit, None, f"{type(error).__name__}: {error}")
+def run_units(units: Sequence[Unit], pool: Pool, overseer: Overseer | None = None) -> Iterator[Done]:
+    """Return the units as the pool has done them.
+
+    A unit that fails does not keep the others from being done; one whose worker is lost, or has stalled and is ended,
+    is begun ``ATTEMPTS`` times at most, and goes on where it was if it trains.
+    """
+    waiting, begun = deque(units), Counter[str]()
+    while waiting or pool.running:
+        while waiting and pool.free > 0:
+            unit = waiting.popleft()
+            begun[unit.name] += 1
+            if overseer and begun[unit.name] > 1:
+                overseer.begin_again(unit.name)
+            pool.begin(unit)
+        for done in pool.wait(TICK):
+            if done.lost and begun[done.unit.name] < ATTEMPTS:
+                waiting.append(done.unit)
+            else:
+                yield _given_up(done) if done.lost else done
+        if overseer:
+            _oversee(pool, overseer)
 
 
-def _begin() -> None:
-    """Leave interrupts to the process that hands out the work, and end when that one is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_end_with_parent, daemon=True).start()
+def _given_up(done: Done) -> Done:
+    return done._replace(failure=f"given up after {ATTEMPTS} attempts: {done.failure}")
 
 
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _compile() -> None:
-    """Compile the simulator once, so that the workers find it in the cache."""
-    Simulator(next(iter(SCENARIOS)), 1).reset([0])
+def _oversee(pool: Pool, overseer: Overseer) -> None:
+    """End the workers of the units that have stalled."""
+    stalled = set(overseer.look([unit.name for unit in pool.running]))
+    for unit in [unit for unit in pool.running if unit.name in stalled]:
+        pool.stop(unit, "it said nothing for longer than --unit-timeout allows")

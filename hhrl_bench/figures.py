@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from hhrl_agents.files import write_atomically
+from hhrl_agents.files import require_writable, write_atomically
 
 # Okabe and Ito's palette, distinguishable with every kind of colour vision, and greys
 BLUE, SKY, GREEN, YELLOW = "#0072B2", "#56B4E9", "#009E73", "#F0E442"
@@ -78,7 +78,7 @@ def number(value: float, digits: str = "g") -> str:
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Return the files written, whole or not at all: ``name``.svg and ``name``.png in ``folder``.
+    """Return the files written, whole or not at all: ``name``.svg and ``name``.png in ``folder``, made if need be.
 
     Raises:
         OutputError: if one cannot be written.
@@ -87,6 +87,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
         layout.execute(figure)
     figure.set_layout_engine("none")  # what was laid out once need not be laid out for each file
     paths = _paths(folder, name)
+    require_writable(paths[0])
     for path, (suffix, metadata) in zip(paths, _METADATA.items(), strict=True):
         out = BytesIO()
         figure.savefig(out, format=suffix, dpi=_DPI, metadata=metadata)

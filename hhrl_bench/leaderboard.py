@@ -1,19 +1,24 @@
 """Leaderboards: results built into one record, written whole, and read back strictly."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 from pydantic import ValidationError
 from pydantic.json_schema import GenerateJsonSchema
 
 from hhrl_agents.files import write_atomically
+from hhrl_bench.derived import derived
+from hhrl_bench.differences import Finding
 from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.provenance import provenance
 from hhrl_bench.records import SCHEMA_VERSION, TaskRecord, TimedResult, first_problem
-from hhrl_bench.results import BOOTSTRAP_SEED, wall_seconds
+from hhrl_bench.results import wall_seconds
 from hhrl_bench.statistics import CONFIDENCE
+from hhrl_bench.store import Store
+from hhrl_bench.summaries import BOOTSTRAP_SEED
 from hhrl_bench.training_records import TrainingOutcomesRecord
 from hhrl_bench.transfer_records import TransferSetRecord
 
@@ -25,20 +30,28 @@ def build(
     tasks: Sequence[TaskRecord],
     results: Sequence[TimedResult],
     command: str,
+    store: Store,
     transfer: TransferSetRecord | None = None,
     trainings: Sequence[TrainingOutcomesRecord] = (),
+    executor: str = "local",
 ) -> LeaderboardRecord:
-    """Return the leaderboard of finished units, made by ``command``."""
+    """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store.
+
+    The checkpoints of transfers, which are many, are not to be published.
+    """
+    runs = [timed.result for timed in results]
     return LeaderboardRecord(
         schema_version=SCHEMA_VERSION,
         suite=suite,
         confidence=CONFIDENCE,
         bootstrap_seed=BOOTSTRAP_SEED,
         tasks=tuple(tasks),
-        results=tuple(timed.result for timed in results),
+        results=tuple(runs),
+        checkpoints_published=transfer is None,
+        **derived(runs, trainings, store, checkpoints=transfer is None),
         transfer=transfer,
         trainings=tuple(trainings),
-        provenance=provenance(command, wall_seconds(results)),
+        provenance=provenance(command, wall_seconds(results), executor),
     )
 
 
@@ -50,8 +63,46 @@ def write(leaderboard: LeaderboardRecord, path: Path) -> bool:
     """
     if _says(path, leaderboard):
         return False
-    write_atomically(path, leaderboard.model_dump_json(indent=2) + "\n")
+    write_atomically(path, _text(leaderboard))
     return True
+
+
+def publish(leaderboard: LeaderboardRecord, path: Path, source: Store) -> bool:
+    """Return what ``write`` does; the files that the leaderboard names are copied from a store to the one beside it.
+
+    Raises:
+        RecordError: if one of them is missing or has been changed.
+    """
+    target = Store(path.parent)
+    for file in named_files(leaderboard, source):
+        target.copy(file)
+    return write(leaderboard, path)
+
+
+def named_files(leaderboard: LeaderboardRecord, store: Store) -> Iterator[Path]:
+    """Return the files of a store that a leaderboard names."""
+    for result in leaderboard.results:
+        for run in result.runs:
+            if run.evidence_sha256:
+                yield store.evidence(run.evidence_sha256)
+            if run.checkpoint_sha256 and leaderboard.checkpoints_published:
+                yield store.checkpoint(run.checkpoint_sha256)
+
+
+def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
+    """Return the first line of a file that is not as ``write`` spells the leaderboard that was read from it.
+
+    It may hold digits beyond what a number can have, or a name twice, of which only the last counts.
+    """
+    lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), _text(leaderboard).split("\n"), fillvalue="")
+    for number, (line, ours) in enumerate(lines, start=1):
+        if line != ours:
+            yield Finding(f"line {number}", f"{line.strip()[:100]} is published, it would be written {ours.strip()[:100]}")
+            return
+
+
+def _text(leaderboard: LeaderboardRecord) -> str:
+    return leaderboard.model_dump_json(indent=2) + "\n"
 
 
 def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:

@@ -5,8 +5,8 @@ from types import MappingProxyType
 from typing import Any
 
 from hhrl_agents import METHODS, RULES
+from hhrl_bench import suite
 from hhrl_bench.loading import shipped_methods
-from hhrl_bench.suite import SUITES
 from hhrl_bench.tasks import TASKS
 
 Rows = list[dict[str, Any]]
@@ -44,8 +44,8 @@ def tasks() -> Rows:
 def suites() -> Rows:
     """Return the suites: their tasks, agents and number of episodes."""
     return [
-        {"id": suite.id, "tasks": list(suite.tasks), "agents": list(suite.agents), "episodes": suite.episodes}
-        for suite in SUITES.values()
+        {"id": one.id, "tasks": list(one.tasks), "agents": list(one.agents), "episodes": one.episodes}
+        for one in suite.SUITES.values()
     ]
 
 

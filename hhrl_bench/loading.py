@@ -30,12 +30,13 @@ Kind = Literal["rule", "learned", "factory"]
 
 @dataclass(frozen=True)
 class LoadedAgent:
-    """An agent ready to play; a learned one with its checkpoint's sha256 and training."""
+    """An agent ready to play; a learned one with its checkpoint's sha256, path and training."""
 
     kind: Kind
     agent: Agent
     sha256: str | None = None
     training: TrainingRecord | None = None
+    path: Path | None = None
 
 
 def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
@@ -59,9 +60,9 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
     if name in METHODS:
         return _load_shipped(name, scenario)
     path = Path(source)
-    if path.is_dir():
+    if _holds(path.is_dir):
         return _load_directory(path, scenario)
-    if path.is_file():
+    if _holds(path.is_file):
         return [_load_checkpoint(path, scenario)]
     if ":" in name:
         return [LoadedAgent("factory", _call_factory(name, scenario))]
@@ -69,6 +70,13 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
         f"unknown agent {name!r}; write a checkpoint file, a run directory, module:factory, or one of: "
         + ", ".join([*RULES, *shipped_methods()])
     )
+
+
+def _holds(check: Callable[[], bool]) -> bool:
+    try:
+        return check()
+    except OSError:  # a name that is too long for a file, or a folder that must not be looked into
+        return False
 
 
 def shipped_methods() -> dict[str, int]:
@@ -92,7 +100,7 @@ def _load_directory(folder: Path, scenario: Scenario) -> list[LoadedAgent]:
 
 def _checkpoints(folder: Path) -> list[Path]:
     """Return the chosen checkpoints in a folder, lowest seed first."""
-    named = ((re.fullmatch(r"seed-([0-9]+)\.safetensors", path.name), path) for path in folder.glob("seed-*"))
+    named = ((re.fullmatch(r"seed-([0-9]{1,9})\.safetensors", path.name), path) for path in folder.glob("seed-*"))
     return [path for _, path in sorted((int(match[1]), path) for match, path in named if match)]
 
 
@@ -103,10 +111,15 @@ def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
     agent = checkpoints.load(path)
     _require_fit(agent.metadata, scenario, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return LoadedAgent("learned", agent, digest, _training(agent.metadata, path))
+    return LoadedAgent("learned", agent, digest, training_record(agent.metadata, path), path)
 
 
-def _training(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:
+def training_record(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:
+    """Return what a checkpoint's metadata say of its training.
+
+    Raises:
+        AgentError: if that cannot be.
+    """
     data = {name: metadata.get(name) for name in TrainingRecord.model_fields}
     try:
         return TrainingRecord.model_validate(data)

@@ -1,7 +1,7 @@
-"""The columns of Table I, and the task's own reward, as functions of episode records."""
+"""The columns of Table I, the task's own reward, and how severe it got, as functions of episode records."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,10 @@ FloatArray = NDArray[np.float64]
 
 
 class Metric(NamedTuple):
-    """A number of every episode: ``values`` maps records of N episodes to float64 [N]; a rate is one of 0 and 1."""
+    """A number of every episode: ``values`` maps records of N episodes to float64 [N]; a rate is one of 0 and 1.
+
+    It is NaN in the episodes that do not have it.
+    """
 
     key: str
     is_rate: bool
@@ -41,11 +44,21 @@ METRICS = (
     _rate("timeout", Outcome.TIMEOUT),
     _rate("success", Outcome.SUCCESS),
 )
+"""What training is watched by."""
+
+SCORED = (*METRICS, _field("impact_speed"), _field("smallest_gap"), _field("smallest_ttc"))
+"""What agents are scored by."""
 
 
-def means(records: EpisodeRecords) -> dict[str, float]:
-    """Return the mean of every metric over the episodes, NaN where the agent has none."""
-    return {metric.key: float(np.mean(metric.values(records))) for metric in METRICS}
+def means(records: EpisodeRecords, metrics: Sequence[Metric] = METRICS) -> dict[str, float]:
+    """Return the mean of every metric over the episodes that have it, NaN where none has."""
+    return {metric.key: mean(metric.values(records)) for metric in metrics}
+
+
+def mean(values: FloatArray) -> float:
+    """Return the mean of the values that are not NaN; NaN if all are."""
+    known = values[~np.isnan(values)]
+    return float(np.mean(known)) if known.size else math.nan
 
 
 def finite(numbers: Mapping[str, float]) -> dict[str, float | None]:

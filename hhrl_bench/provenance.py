@@ -10,15 +10,17 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import hhrl_bench
+from hhrl_bench.code_hash import code_sha256
 from hhrl_bench.records import HardwareRecord, ProvenanceRecord
 
 PACKAGES = ("numpy", "numba", "scipy", "gymnasium", "pettingzoo", "torch", "safetensors", "pydantic")
 
 
-def provenance(command: str, wall_seconds: Mapping[str, float]) -> ProvenanceRecord:
+def provenance(command: str, wall_seconds: Mapping[str, float], executor: str = "local") -> ProvenanceRecord:
     """Return the provenance of what ``command`` just made, stamped with the present time (UTC)."""
     return ProvenanceRecord(
         command=command,
+        executor=executor,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         wall_seconds={key: round(seconds, 3) for key, seconds in wall_seconds.items()},
         package_version=hhrl_bench.__version__,
@@ -26,6 +28,11 @@ def provenance(command: str, wall_seconds: Mapping[str, float]) -> ProvenanceRec
         hardware=_hardware(),
         versions=_versions(),
     )
+
+
+def software() -> dict[str, str]:
+    """Return what results may depend on: the hash of the code that makes them, and the versions of packages."""
+    return {"the code of hhrl-bench": code_sha256()[:12], **_versions()}
 
 
 def git_commit(package: Path) -> str | None:

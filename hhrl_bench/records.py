@@ -10,16 +10,18 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, Validation
 
 from hhrl_bench.metrics import finite
 from hhrl_bench.statistics import Estimate, IntervalKind
+from hhrl_envs.errors import one_line
 
 SCHEMA_VERSION: Final = 1
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Rate = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1.0)]
-Count = Annotated[int, Field(ge=0)]
-Positive = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=0, le=2**53)]
+Positive = Annotated[int, Field(ge=1, le=2**53)]
 Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 Commit = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{40}(-dirty)?$")]
-Name = Annotated[str, StringConstraints(min_length=1, max_length=500)]
+Name = Annotated[str, StringConstraints(min_length=1, max_length=500, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")]
+"""No name holds a control character, which might be a line end, or a command to a terminal."""
 OptionName = Literal["stop", "follow"]
 OutcomeName = Literal["collision", "not_stop", "success", "timeout", "rear_ended", "foiled"]
 
@@ -48,7 +50,10 @@ def metric_record(estimate: Estimate) -> MetricRecord:
 
 
 class MetricsRecord(Record):
-    """The task's reward and the nine columns of Table I; rates are fractions of 1."""
+    """The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.
+
+    ``impact_speed``, m/s, is that of the collisions; see :class:`hhrl_bench.episodes.EpisodeRecords`.
+    """
 
     return_task: MetricRecord
     return_option: MetricRecord
@@ -60,10 +65,13 @@ class MetricsRecord(Record):
     not_stop: MetricRecord
     timeout: MetricRecord
     success: MetricRecord
+    impact_speed: MetricRecord
+    smallest_gap: MetricRecord
+    smallest_ttc: MetricRecord
 
 
 class RunMetricsRecord(Record):
-    """The means over the episodes of one run."""
+    """The means over the episodes of one run that have the number; null: none has."""
 
     return_task: Finite
     return_option: Finite | None
@@ -75,6 +83,9 @@ class RunMetricsRecord(Record):
     not_stop: Rate
     timeout: Rate
     success: Rate
+    impact_speed: Finite | None
+    smallest_gap: Finite | None
+    smallest_ttc: Finite | None
 
 
 class TrainingRecord(Record):
@@ -109,23 +120,29 @@ class TrafficRecord(Record):
 
 
 class RunRecord(Record):
-    """One evaluated policy: the only one of a rule, or one training seed of a learned method."""
+    """One evaluated policy: the only one of a rule, or one training seed of a learned method.
+
+    ``evidence_sha256`` and ``checkpoint_sha256`` name files of the store beside the leaderboard; ``episodes_sha256`` is
+    the digest of the episodes' records.
+    """
 
     checkpoint_sha256: Sha256 | None
     training: TrainingRecord | None
+    evidence_sha256: Sha256 | None
     episodes_sha256: Sha256
     metrics: RunMetricsRecord
     traffic: RunTrafficRecord | None = None
 
 
 class ResultRecord(Record):
-    """One agent on one task: its runs and what they come to."""
+    """One agent on one task: its runs and what they come to; ``failed_seeds`` failed in training and have no run."""
 
     agent: Name
     kind: Literal["rule", "learned", "factory"]
     task: Name
     option: OptionName | None
     runs: Annotated[tuple[RunRecord, ...], Field(min_length=1)]
+    failed_seeds: tuple[Count, ...] = ()
     metrics: MetricsRecord
     traffic: TrafficRecord | None = None
 
@@ -152,14 +169,19 @@ class OpponentRecord(Record):
 class TaskRecord(Record):
     """A task as it was played: test episode i is the world of seed ``test_start + i``.
 
-    ``shared``: one policy drove all vehicles, and success means that all have succeeded.
+    ``golden_digest`` is that of the scenario's trajectories, see :mod:`hhrl_envs.golden`; the worlds of training and
+    validation begin at ``train_start`` and ``validation_start``. ``shared``: one policy drove all vehicles, and
+    success means that all have succeeded.
     """
 
     id: Name
     scenario: Name
     spec_hash: Sha256
     interface_hash: Sha256
+    golden_digest: Sha256
     env_steps: Positive
+    train_start: Count
+    validation_start: Count
     test_start: Count
     episodes: Positive
     shared: bool = False
@@ -179,6 +201,7 @@ class ProvenanceRecord(Record):
     """All that may differ between two runs of one command; ``wall_seconds`` are by task and agent."""
 
     command: Name
+    executor: Name = "local"
     created: str
     wall_seconds: dict[str, Annotated[float, Field(allow_inf_nan=False, ge=0.0)]]
     package_version: str
@@ -201,6 +224,22 @@ class EvaluationRecord(Record):
 def first_problem(error: ValidationError) -> str:
     """Return, in one line, where a record is wrong first, and what is wrong there."""
     problems = error.errors(include_url=False, include_input=False, include_context=False)
-    where = ".".join(str(part) for part in problems[0]["loc"])
+    where = one_line(".".join(str(part) for part in problems[0]["loc"]))
+    said = problems[0]["msg"]
+    for theirs, ours in _WORDING.items():
+        said = said.replace(theirs, ours, 1)
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{where + ': ' if where else ''}{problems[0]['msg']}{more}"
+    return f"{where + ': ' if where else ''}{said}{more}"
+
+
+_WORDING = {
+    "Value error, ": "",
+    "Field required": "is missing; add it",
+    "Extra inputs are not permitted": "is not known; leave it out",
+    "Input should be ": "write ",
+    "String should have ": "write a string with ",
+    "String should match ": "write a string that matches ",
+    "Tuple should have ": "write a list with ",
+    "Invalid JSON: ": "this is no JSON: ",
+}
+"""What is said in place of pydantic's words."""

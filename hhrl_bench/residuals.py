@@ -5,9 +5,9 @@ import math
 from hhrl_bench import calibration_target as target
 from hhrl_bench.calibration import score
 from hhrl_bench.calibration_records import CellRecord, ResidualsRecord
+from hhrl_bench.cells import COLUMNS, NONE, Column
 from hhrl_bench.provenance import provenance
 from hhrl_bench.records import SCHEMA_VERSION
-from hhrl_bench.table import COLUMNS, NONE, Column
 from hhrl_bench.tasks import TEST
 from hhrl_envs import Scenario
 

@@ -2,22 +2,20 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from hhrl_bench import traffic
 from hhrl_bench.casting import load_opponent
 from hhrl_bench.episodes import EpisodeRecords
 from hhrl_bench.errors import AgentError
-from hhrl_bench.evaluation import evaluate
-from hhrl_bench.loading import LoadedAgent, load_agents
-from hhrl_bench.metrics import METRICS, Metric, finite, means
+from hhrl_bench.evaluation import Played, play_task
+from hhrl_bench.evidence import pack
+from hhrl_bench.loading import Kind, LoadedAgent, load_agents
+from hhrl_bench.metrics import SCORED, finite, means
 from hhrl_bench.players import OPTIONS
 from hhrl_bench.progress import Update, silent
 from hhrl_bench.provenance import provenance
 from hhrl_bench.records import (
     SCHEMA_VERSION,
     EvaluationRecord,
-    MetricsRecord,
     OpponentRecord,
     OptionName,
     ResultRecord,
@@ -25,44 +23,85 @@ from hhrl_bench.records import (
     RunRecord,
     TaskRecord,
     TimedResult,
-    metric_record,
+    TrainingRecord,
 )
-from hhrl_bench.statistics import CONFIDENCE, Estimate, bootstrap_mean, wilson
+from hhrl_bench.statistics import CONFIDENCE
+from hhrl_bench.store import Store
+from hhrl_bench.summaries import BOOTSTRAP_SEED, summarise
 from hhrl_bench.tasks import Task
 from hhrl_bench.threads import one_torch_thread
 from hhrl_envs import get_scenario
-
-BOOTSTRAP_SEED = 20200725
+from hhrl_envs.golden import trajectory_digest
 
 
 def evaluate_agent(
-    source: str, task: Task, episodes: int, option: OptionName | None = None, update: Update = silent
+    source: str,
+    task: Task,
+    episodes: int,
+    option: OptionName | None = None,
+    update: Update = silent,
+    store: Store | None = None,
 ) -> ResultRecord:
     """Return the result of every training seed of agent ``source`` on the first ``episodes`` test episodes.
 
-    ``update`` hears how many runs are done. Errors are those of :func:`hhrl_bench.evaluation.evaluate` and
-    :func:`hhrl_bench.loading.load_agents`.
+    ``update`` hears how many runs are done; ``store`` gets their evidence and checkpoints. Errors are those of
+    :func:`hhrl_bench.evaluation.evaluate` and :func:`hhrl_bench.loading.load_agents`.
     """
     agents = load_agents(source, get_scenario(task.scenario))
-    held = None if option is None else OPTIONS[option]
-    played: list[EpisodeRecords] = []
+    seeds, held = task.test.take(episodes), None if option is None else OPTIONS[option]
+    records: list[EpisodeRecords] = []
+    runs: list[RunRecord] = []
     with one_torch_thread():
         for loaded in agents:
             try:
-                played.append(evaluate(loaded.agent, task, episodes, held))
+                played = play_task(loaded.agent, task, seeds, held)
             except AgentError as error:
                 raise AgentError(f"{source}: {error}") from error
-            update(len(played), len(agents), f"success {means(played[-1])['success']:.1%}")
-    rng = np.random.default_rng(BOOTSTRAP_SEED)
+            records.append(played.records)
+            evidence = None if store is None else _keep(store, loaded, played)
+            runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))
+            update(len(runs), len(agents), f"success {runs[-1].metrics.success:.1%}")
+    return result_record(source, agents[0].kind, task, option, runs, records)
+
+
+def result_record(
+    agent: str,
+    kind: Kind,
+    task: Task,
+    option: OptionName | None,
+    runs: Sequence[RunRecord],
+    records: Sequence[EpisodeRecords],
+) -> ResultRecord:
+    """Return the result of runs whose episodes have these records."""
     return ResultRecord(
-        agent=source,
-        kind=agents[0].kind,
+        agent=agent,
+        kind=kind,
         task=task.id,
         option=option,
-        runs=tuple(_run_record(loaded, records) for loaded, records in zip(agents, played, strict=True)),
-        metrics=summarise(played, rng),
-        traffic=traffic.summarise(played, rng),
+        runs=tuple(runs),
+        metrics=summarise(records),
+        traffic=traffic.summarise(records),
     )
+
+
+def run_record(
+    checkpoint: str | None, training: TrainingRecord | None, records: EpisodeRecords, evidence: str | None
+) -> RunRecord:
+    """Return the record of one policy; ``checkpoint`` and ``evidence`` are the sha256 that they are kept under."""
+    return RunRecord(
+        checkpoint_sha256=checkpoint,
+        training=training,
+        evidence_sha256=evidence,
+        episodes_sha256=records.digest(),
+        metrics=RunMetricsRecord.model_validate(finite(means(records, SCORED))),
+        traffic=traffic.counts(records),
+    )
+
+
+def _keep(store: Store, loaded: LoadedAgent, played: Played) -> str:
+    if loaded.path:
+        store.add_checkpoint(loaded.path.read_bytes())
+    return store.add_evidence(pack(played))
 
 
 def evaluation_record(task: TaskRecord, timed: Sequence[TimedResult], command: str) -> EvaluationRecord:
@@ -90,7 +129,10 @@ def task_record(task: Task, episodes: int) -> TaskRecord:
         scenario=scenario.id,
         spec_hash=scenario.spec_hash,
         interface_hash=scenario.interface_hash,
+        golden_digest=trajectory_digest(scenario),
         env_steps=task.env_steps,
+        train_start=task.train.start,
+        validation_start=task.validation.start,
         test_start=int(seeds[0]),
         episodes=len(seeds),
         shared=task.shared,
@@ -103,27 +145,3 @@ def _opponent_record(task: Task) -> OpponentRecord | None:
     if task.opponent is None or loaded is None:
         return None
     return OpponentRecord(agent=task.opponent, checkpoint_sha256=loaded.sha256)
-
-
-def summarise(played: Sequence[EpisodeRecords], rng: np.random.Generator) -> MetricsRecord:
-    """Return every metric with its interval: over training seeds if there are several, else over episodes."""
-    return MetricsRecord(**{metric.key: metric_record(_estimate(metric, played, rng)) for metric in METRICS})
-
-
-def _estimate(metric: Metric, played: Sequence[EpisodeRecords], rng: np.random.Generator) -> Estimate:
-    values = [metric.values(records) for records in played]
-    if len(values) > 1:
-        return bootstrap_mean(np.array([np.mean(run) for run in values]), rng, "bootstrap-seeds")
-    if metric.is_rate:
-        return wilson(int(values[0].sum()), len(values[0]))
-    return bootstrap_mean(values[0], rng, "bootstrap-episodes")
-
-
-def _run_record(loaded: LoadedAgent, records: EpisodeRecords) -> RunRecord:
-    return RunRecord(
-        checkpoint_sha256=loaded.sha256,
-        training=loaded.training,
-        episodes_sha256=records.digest(),
-        metrics=RunMetricsRecord.model_validate(finite(means(records))),
-        traffic=traffic.counts(records),
-    )

@@ -4,9 +4,10 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from hhrl_bench.cells import percent
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.names import folded
 from hhrl_bench.records import MetricRecord, ResultRecord
-from hhrl_bench.table import percent
 
 
 def print_robustness(console: Console, board: LeaderboardRecord) -> None:
@@ -22,7 +23,7 @@ def print_robustness(console: Console, board: LeaderboardRecord) -> None:
         own = {result.task: result for result in board.results if result.agent == agent}
         results = [own[task.id] for task in board.tasks]
         feasible = [percent(result.traffic.feasible) for result in results if result.traffic]
-        table.add_row(agent, *(percent(_success(result)) for result in results), *feasible)
+        table.add_row(folded(agent), *(percent(_success(result)) for result in results), *feasible)
     console.print(table)
 
 

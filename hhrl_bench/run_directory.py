@@ -7,12 +7,16 @@ trained there is their ``state-seeds-*.safetensors``, from which ``--resume`` go
 """
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from hhrl_agents.files import OutputError, require_writable, write_atomically
+from hhrl_bench.records import ProvenanceRecord
 from hhrl_bench.seeds import format_seeds, parse_seeds
 
 STATE_NAME = "state-seeds-{}.safetensors"
@@ -43,6 +47,18 @@ class RunDirectory:
     def state(self, seeds: Sequence[int]) -> Path:
         """Return the path of the state of seeds that are trained side by side."""
         return self.folder / STATE_NAME.format(format_seeds(seeds))
+
+    def provenance(self, seeds: Sequence[int]) -> Path:
+        """Return the path of the provenance of seeds that were trained side by side."""
+        return self.folder / f"provenance-seeds-{format_seeds(seeds)}.json"
+
+    def seconds(self, seeds: Sequence[int]) -> float:
+        """Return how long the training of these seeds, which has ended, took; 0 if nothing says so."""
+        try:
+            record = ProvenanceRecord.model_validate_json(self.provenance(seeds).read_bytes())
+            return sum(record.wall_seconds.values())
+        except (OSError, ValidationError):
+            return 0.0
 
     def finished(self, seeds: Sequence[int]) -> bool:
         """Return whether the training of all these seeds has ended."""
@@ -77,18 +93,6 @@ class RunDirectory:
         """Return nothing; write the learning curve of a seed, one JSON object a line."""
         text = "".join(json.dumps(row, allow_nan=False) + "\n" for row in rows)
         write_atomically(self.curve(seed), text)
-
-    def read_curve(self, seed: int) -> list[dict[str, Any]]:
-        """Return the reports of a seed so far, oldest first.
-
-        Raises:
-            OutputError: if there are none, or the file holds something else.
-        """
-        path = self.curve(seed)
-        try:
-            return [dict(json.loads(line)) for line in path.read_text(encoding="utf-8").splitlines()]
-        except (OSError, ValueError, TypeError) as error:
-            raise OutputError(f"cannot read the learning curve {path}: {error}; train the seed again") from error
 
     def write_failure(self, seed: int, record: Mapping[str, Any]) -> None:
         """Return nothing; write why a seed has failed, and remove its checkpoint."""
@@ -126,7 +130,8 @@ class RunDirectory:
 
 def failed_seeds(folder: Path) -> list[int]:
     """Return the seeds of a run directory whose training has failed, ascending."""
-    return sorted(int(path.name.split(".")[0].removeprefix("seed-")) for path in folder.glob("seed-*.failed.json"))
+    named = (re.fullmatch(r"seed-([0-9]{1,9})\.failed\.json", path.name) for path in folder.glob("seed-*"))
+    return sorted(int(match[1]) for match in named if match)
 
 
 def _text(config: Mapping[str, Any]) -> str:

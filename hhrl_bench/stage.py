@@ -3,6 +3,7 @@
 import numpy as np
 
 from hhrl_agents import Agent, Decision
+from hhrl_agents.base import IntArray
 from hhrl_agents.cast import EGO_ALONE, Cast
 from hhrl_bench.players import Player
 from hhrl_bench.seeds import UInt64Array
@@ -14,6 +15,7 @@ class Stage:
 
     Attributes:
         simulator: the worlds.
+        slots: the vehicles that the agent drives in every row.
         results: what the agent's vehicles got from the last step, [B slots]: those of a row side by side.
     """
 
@@ -21,6 +23,7 @@ class Stage:
         self, agent: Agent, scenario: Scenario, rows: int, option: Option | None = None, cast: Cast = EGO_ALONE
     ) -> None:
         self.simulator = cast.simulator(scenario, rows)
+        self.slots = cast.slots
         self._cast, self._player = cast, Player(agent, scenario.num_actions, option)
 
     def begin(self, seeds: UInt64Array) -> None:
@@ -34,10 +37,12 @@ class Stage:
         """Return what the agent decides for its vehicles, [B slots]."""
         return self._player.act(self.results.observations)
 
-    def step(self, decision: Decision) -> None:
-        """Return nothing; step every row, the agent's vehicles as it has decided."""
-        self.simulator.step(self._cast.actions(self.simulator, decision.action))
+    def step(self, decision: Decision) -> IntArray:
+        """Return the actions of all vehicles that are driven, [B] or [B, A]; every row has made a step with them."""
+        actions = self._cast.actions(self.simulator, decision.action)
+        self.simulator.step(actions)
         self.results = self._cast.results(self.simulator)
+        return actions
 
     def is_over(self) -> bool:
         """Return whether the episodes of all agents of all rows have ended."""

@@ -5,15 +5,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hhrl_bench.attempts import Done
+from hhrl_bench.board import Board
 from hhrl_bench.errors import AgentError
-from hhrl_bench.executors import Done
+from hhrl_bench.executors import HERE, Execution
 from hhrl_bench.leaderboard import build
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.overseer import Show
+from hhrl_bench.progress import silent
 from hhrl_bench.records import TimedResult
 from hhrl_bench.results import task_record
 from hhrl_bench.running import Stages, run_stages, transfer_record
 from hhrl_bench.seeds import format_seeds
 from hhrl_bench.source import load_source
+from hhrl_bench.store import Store
 from hhrl_bench.suite import Suite
 from hhrl_bench.suite_kinds import Kept
 from hhrl_bench.tasks import Task, get_task
@@ -33,6 +38,7 @@ class Study:
         tasks: that results are on, with this many test ``episodes`` each.
         stages: the units.
         kept: the units whose learning curves stand in the leaderboard.
+        store: where the units leave their evidence.
     """
 
     name: str
@@ -41,6 +47,7 @@ class Study:
     episodes: int
     stages: Stages
     kept: Kept
+    store: Store
 
     def __post_init__(self) -> None:
         """Reject a number of episodes that a task does not have."""
@@ -52,24 +59,25 @@ class Study:
         """How many units there are."""
         return sum(map(len, self.stages))
 
-    def run(self, workers: int) -> Iterator[Done]:
+    def run(self, execution: Execution = HERE, board: Board | None = None, show: Show = silent) -> Iterator[Done]:
         """Return every unit as it is done; see :func:`hhrl_bench.running.run_stages`."""
-        return run_stages(self.stages, workers)
+        return run_stages(self.stages, execution, board, show)
 
-    def leaderboard(self, done: Sequence[Done]) -> LeaderboardRecord:
+    def leaderboard(self, done: Sequence[Done], executor: str = "local") -> LeaderboardRecord:
         """Return the leaderboard of all units, in their own order whatever the order they were done in."""
         outcomes: dict[str, TimedResult] = {one.unit.name: one.outcome for one in done if one.outcome}
         results = [outcomes[unit.name] for stage in self.stages for unit in stage]
         tasks = [task_record(task, self.episodes) for task in self.tasks]
         trainings = [read_outcomes(training.folder, training.seeds) for training in self.kept.trainings]
-        return build(self.name, tasks, results, self.command, transfer_record(self.kept.transfers), trainings)
+        transfer = transfer_record(self.kept.transfers)
+        return build(self.name, tasks, results, self.command, self.store, transfer, trainings, executor)
 
 
 def suite_study(suite: Suite, folder: Path) -> Study:
     """Return the study of a suite, whose trainings lie in ``folder``."""
     tasks = list(map(get_task, suite.tasks))
     command = f"hhrl-bench run --suite {suite.id}"
-    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.kept(folder))
+    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.kept(folder), Store(folder))
 
 
 def transfer_study(
@@ -95,7 +103,8 @@ def transfer_study(
             raise AgentError(
                 f"nothing of {loaded.method.id} can be reused in a training on {one.target.id}; name another target"
             )
-    units = [TransferArm(one, loaded.method.id, arm.id, episodes) for one, sensible in arms for arm in sensible]
+    store = Store(folder)
+    units = [TransferArm(one, loaded.method.id, arm.id, episodes, store) for one, sensible in arms for arm in sensible]
     words = ["hhrl-bench", "transfer", "--source", source, *(word for one in targets for word in ("--target", one))]
     words += ["--seeds", format_seeds(chosen), "--env-steps", str(env_steps), "--episodes", str(episodes)]
-    return Study("transfer", shlex.join(words), tasks, episodes, [units], Kept(transfers=transfers))
+    return Study("transfer", shlex.join(words), tasks, episodes, [units], Kept(transfers=transfers), store)

@@ -8,7 +8,18 @@ from hhrl_bench.suite_kinds import ScoreSuite, Suite, TrainingSuite, TransferSui
 
 __all__ = ["SUITES", "ScoreSuite", "Suite", "TrainingSuite", "TransferSuite", "get_suite"]
 
-_REUSED, _SEEDS = ("ddqn", "hybrid-hrl", "hybrid-hrl-plus"), tuple(range(10))
+_SEEDS = tuple(range(10))
+_REUSED = ("ddqn", "hybrid-hrl", "hybrid-hrl-plus")
+_PAPERS = ("ddqn", "hrl-0", "hrl-1", "hrl-2", "hrl-3", "hybrid-hrl")
+_METHODS = ("ddqn", "ddqn-plus", "hybrid-hrl", "hybrid-hrl-plus", "pqn")
+_TASKS = (
+    "stop-line-v0",
+    "stop-line-paper-v0",
+    "stop-line-dense-v0",
+    "stop-line-erratic-v0",
+    "stop-line-wet-v0",
+    "stop-line-noisy-v0",
+)
 
 SUITES: Mapping[str, Suite] = MappingProxyType(
     {
@@ -40,7 +51,7 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
                 ),
                 seeds=_SEEDS,
                 env_steps=50_000,
-                episodes=1000,
+                episodes=250,
             ),
             TransferSuite(
                 "transfer-shifts",
@@ -49,7 +60,7 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
                 targets=("stop-line-heldout-v0", "stop-line-wet-v0", "stop-line-noisy-v0", "stop-line-dense-v0"),
                 seeds=_SEEDS,
                 env_steps=50_000,
-                episodes=1000,
+                episodes=250,
             ),
             TrainingSuite(
                 "trainings",
@@ -58,8 +69,22 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
                     ("option-only", "option-only-v0"),
                     ("hybrid-hrl", "stop-line-v0"),
                 ),
-                seeds=tuple(range(10)),
+                seeds=_SEEDS,
                 episodes=1000,
+            ),
+            TrainingSuite(
+                "paper",
+                pairs=tuple((method, "stop-line-paper-v0") for method in _PAPERS),
+                seeds=_SEEDS,
+                episodes=1000,
+                untrained=("rule-1", "rule-2", "rule-3", "rule-4"),
+            ),
+            TrainingSuite(
+                "full",
+                pairs=tuple((method, task) for task in _TASKS for method in _METHODS),
+                seeds=_SEEDS,
+                episodes=1000,
+                untrained=("rule-1", "rule-2", "rule-3", "rule-4", "rule-plus"),
             ),
         )
     }

@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 
 from hhrl_agents import METHODS
 from hhrl_bench.running import Stages
+from hhrl_bench.store import Store
 from hhrl_bench.tasks import get_task
 from hhrl_bench.transfer import Transfer, sensible_arms
 from hhrl_bench.units import Evaluation, Training, TransferArm
@@ -56,7 +57,9 @@ class ScoreSuite:
 
     def stages(self, folder: Path) -> Stages:
         """Return every agent on every task of the suite."""
-        return [[Evaluation(agent, get_task(task), self.episodes) for task in self.tasks for agent in self.agents]]
+        return [
+            [Evaluation(agent, get_task(task), self.episodes, folder) for task in self.tasks for agent in self.agents]
+        ]
 
     def kept(self, folder: Path) -> Kept:
         """Return none."""
@@ -86,9 +89,12 @@ class TransferSuite:
     def stages(self, folder: Path) -> Stages:
         """Return the trainings of the sources, then all arms, target by target."""
         task = get_task(self.source)
-        sources = [Training(method, task, self.seeds, self.episodes, _source(folder, method)) for method in self.agents]
+        store = Store(folder)
+        sources = [
+            Training(method, task, self.seeds, self.episodes, _source(folder, method), store) for method in self.agents
+        ]
         arms = [
-            TransferArm(transfer, method, arm.id, self.episodes)
+            TransferArm(transfer, method, arm.id, self.episodes, store)
             for method, transfer in self._transfers(folder)
             for arm in sensible_arms(METHODS[method], transfer.target)
         ]
@@ -108,20 +114,21 @@ class TransferSuite:
 
 @dataclass(frozen=True, slots=True)
 class TrainingSuite:
-    """Methods are trained from nothing, each on a task of its own and with that task's budget.
+    """Methods are trained from nothing, each on the tasks of its own and with their budgets.
 
-    pairs: a method and a task each.
+    pairs: a method and a task each; untrained: agents that are scored on all the tasks beside them.
     """
 
     id: str
     pairs: tuple[tuple[str, str], ...]
     seeds: tuple[int, ...]
     episodes: int
+    untrained: tuple[str, ...] = ()
 
     @property
     def agents(self) -> tuple[str, ...]:
-        """The methods."""
-        return tuple(dict.fromkeys(method for method, _ in self.pairs))
+        """The agents that need no training, then the methods."""
+        return (*self.untrained, *dict.fromkeys(method for method, _ in self.pairs))
 
     @property
     def tasks(self) -> tuple[str, ...]:
@@ -129,8 +136,9 @@ class TrainingSuite:
         return tuple(dict.fromkeys(task for _, task in self.pairs))
 
     def stages(self, folder: Path) -> Stages:
-        """Return the trainings."""
-        return [self._trainings(folder)]
+        """Return what needs no training, then the trainings."""
+        untrained = ScoreSuite(self.id, self.untrained, self.tasks, self.episodes)
+        return [*untrained.stages(folder), self._trainings(folder)]
 
     def kept(self, folder: Path) -> Kept:
         """Return the trainings."""
@@ -138,7 +146,7 @@ class TrainingSuite:
 
     def _trainings(self, folder: Path) -> list[Training]:
         return [
-            Training(method, get_task(task), self.seeds, self.episodes, folder / method / task)
+            Training(method, get_task(task), self.seeds, self.episodes, folder / method / task, Store(folder))
             for method, task in self.pairs
         ]
 

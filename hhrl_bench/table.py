@@ -10,35 +10,12 @@ from rich.table import Table
 from rich.text import Text
 
 from hhrl_bench import paper
-from hhrl_bench.paper import CASES, TABLE_I, PaperRow
-from hhrl_bench.records import MetricRecord, ResultRecord, TaskRecord
-from hhrl_bench.statistics import wilson
+from hhrl_bench.cells import COLUMNS, NONE, Cell, Column, metric_cell, paper_cell, percent
+from hhrl_bench.names import WIDTH, folded
+from hhrl_bench.paper import CASES, TABLE_I
+from hhrl_bench.records import ResultRecord, TaskRecord
 
 BOUNDLESS = 1000
-NONE = "\N{EN DASH}"
-
-
-class Column(NamedTuple):
-    """A column of Table I: metric key, heading, digits after the point of means and of bounds; rates in percent."""
-
-    key: str
-    heading: str
-    digits: int
-    bound_digits: int
-    percent: bool = False
-
-
-COLUMNS = (
-    Column("return_option", "r^o", 2, 1),
-    Column("return_action", "r^a", 2, 1),
-    Column("steps", "step", 1, 1),
-    Column("unsmooth", "unsmooth", 2, 2),
-    Column("unsafe", "unsafe", 2, 2),
-    Column("collision", "collision", 1, 1, percent=True),
-    Column("not_stop", "not stop", 1, 1, percent=True),
-    Column("timeout", "timeout", 1, 1, percent=True),
-    Column("success", "success", 1, 1, percent=True),
-)
 
 
 class Layout(NamedTuple):
@@ -50,8 +27,8 @@ class Layout(NamedTuple):
 
 
 LAYOUTS = (
-    Layout(COLUMNS, intervals=True, name_width=24),
-    Layout(COLUMNS, intervals=False, name_width=24),
+    Layout(COLUMNS, intervals=True, name_width=WIDTH),
+    Layout(COLUMNS, intervals=False, name_width=WIDTH),
     *(Layout(COLUMNS[first:], intervals=False, name_width=12) for first in range(len(COLUMNS))),
 )
 """From the widest to the narrowest, which has the agent and its success alone."""
@@ -91,58 +68,38 @@ def results_table(task: TaskRecord, results: Sequence[ResultRecord], layout: Lay
             column.heading if intervals else column.heading.replace(" ", "\n"), justify="right", no_wrap=True
         )
     for result in results:
-        table.add_row(_label(result), *(_cell(column, result, intervals=intervals) for column in columns))
+        cells = (metric_cell(column, getattr(result.metrics, column.key)) for column in columns)
+        table.add_row(_label(result, name_width), *(cell_text(cell, intervals=intervals) for cell in cells))
     if task.id in paper.TASKS:
         table.add_section()
         table.add_row(Text("the paper", style="italic"))
         for row in TABLE_I:
-            cells = (_paper_cell(column, row, intervals=intervals) for column in columns)
-            table.add_row(row.policy, *cells, style="dim")
+            cells = (paper_cell(column, row) for column in columns)
+            table.add_row(row.policy, *(cell_text(cell, intervals=intervals) for cell in cells), style="dim")
     return table
 
 
-def _label(result: ResultRecord) -> Text:
-    return Text(result.agent).append(f"\n{result.option} held" if result.option else "", style="dim")
+def cell_text(cell: Cell, *, intervals: bool) -> Text:
+    """Return a cell as text, its bounds on a line below where ``intervals`` are shown."""
+    text = Text(cell.value or NONE)
+    return text.append(f"\n{cell.bounds}", style="dim") if intervals and cell.bounds else text
 
 
-def _cell(column: Column, result: ResultRecord, *, intervals: bool) -> Text:
-    metric: MetricRecord = getattr(result.metrics, column.key)
-    if metric.mean is None:
-        return Text(NONE)
-    return _text(column, metric.mean, metric.low, metric.high, intervals=intervals)
+def notes(task: TaskRecord, results: Sequence[ResultRecord], *, intervals: bool = True) -> list[str]:
+    """Return what to know of the results of a task, a sentence or two a line."""
+    lines = [_meaning(results) if intervals else "Means an episode."]
+    if task.id in paper.TASKS:
+        lines.append(f"The paper's rows: Table I, {CASES} cases" + (", Wilson." if intervals else "."))
+    lines += [note for result in results if (note := _trained_elsewhere(task, result))]
+    return lines + _traffic(task, results)
 
 
-def _paper_cell(column: Column, row: PaperRow, *, intervals: bool) -> Text:
-    value = getattr(row, column.key)
-    printed = column._replace(digits=0) if isinstance(value, int) else column
-    if not column.percent:
-        return _text(printed, value, None, None, intervals=intervals)
-    estimate = wilson(value, CASES)
-    return _text(printed, estimate.mean, estimate.low, estimate.high, intervals=intervals)
-
-
-def _text(column: Column, mean: float, low: float | None, high: float | None, *, intervals: bool) -> Text:
-    scale = 100.0 if column.percent else 1.0
-    text = Text(f"{mean * scale:.{column.digits}f}" + ("%" if column.percent else ""))
-    if intervals and low is not None and high is not None:
-        bounds = (_bound(bound * scale, column.bound_digits) for bound in (low, high))
-        text.append("\n" + ", ".join(bounds), style="dim")
-    return text
-
-
-def _bound(value: float, digits: int) -> str:
-    """Return a bound with three significant digits, and at most ``digits`` after the point."""
-    if abs(value) >= 99.95:
-        return f"{value:.0f}"
-    return f"{value:.1f}" if abs(value) >= 9.995 else f"{value:.{digits}f}"
+def _label(result: ResultRecord, width: int) -> Text:
+    return Text(folded(result.agent, width)).append(f"\n{result.option} held" if result.option else "", style="dim")
 
 
 def _caption(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) -> str:
-    lines = [_meaning(results) if layout.intervals else "Means an episode."]
-    if task.id in paper.TASKS:
-        lines.append(f"The paper's rows: Table I, {CASES} cases" + (", Wilson." if layout.intervals else "."))
-    lines += [note for result in results if (note := _trained_elsewhere(task, result))]
-    lines += _traffic(task, results)
+    lines = notes(task, results, intervals=layout.intervals)
     if not layout.intervals:
         missing = " and more columns" if len(layout.columns) < len(COLUMNS) else ""
         lines.append(f"A wider terminal shows 95% intervals{missing}.")
@@ -168,14 +125,6 @@ def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
         f"{percent(traffic.success_feasible)}."
         for agent, traffic in shares
     ]
-
-
-def percent(metric: MetricRecord) -> str:
-    """Return a rate in percent with its bounds."""
-    if metric.mean is None:
-        return NONE
-    rate = f"{metric.mean:.1%}"
-    return rate if metric.low is None or metric.high is None else f"{rate} ({metric.low:.1%}, {metric.high:.1%})"
 
 
 def _trained_elsewhere(task: TaskRecord, result: ResultRecord) -> str | None:

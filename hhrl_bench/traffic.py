@@ -8,6 +8,7 @@ import numpy as np
 from hhrl_bench.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.records import OutcomeName, RunTrafficRecord, TrafficRecord, metric_record
 from hhrl_bench.statistics import Estimate, bootstrap_mean, wilson
+from hhrl_bench.summaries import generator
 from hhrl_envs import Outcome
 
 OUTCOMES: Mapping[OutcomeName, Outcome] = {name: Outcome[name.upper()] for name in get_args(OutcomeName)}
@@ -27,7 +28,7 @@ def counts(records: EpisodeRecords) -> RunTrafficRecord | None:
     )
 
 
-def summarise(played: Sequence[EpisodeRecords], rng: np.random.Generator) -> TrafficRecord | None:
+def summarise(played: Sequence[EpisodeRecords]) -> TrafficRecord | None:
     """Return the shares with their intervals, over runs if there are several, else over episodes; None as above."""
     runs = [records for records in played if isinstance(records, TrafficRecords)]
     if not runs:
@@ -35,8 +36,8 @@ def summarise(played: Sequence[EpisodeRecords], rng: np.random.Generator) -> Tra
     feasible = [int(records.feasible.sum()) for records in runs]
     lengths, successes = [len(records) for records in runs], [_successes(records) for records in runs]
     return TrafficRecord(
-        feasible=metric_record(_share(feasible, lengths, rng)),
-        success_feasible=metric_record(_share(successes, feasible, rng)),
+        feasible=metric_record(_share(feasible, lengths, "feasible")),
+        success_feasible=metric_record(_share(successes, feasible, "success_feasible")),
     )
 
 
@@ -44,9 +45,9 @@ def _successes(records: TrafficRecords) -> int:
     return int(((records.outcome == Outcome.SUCCESS) & records.feasible).sum())
 
 
-def _share(hits: Sequence[int], of: Sequence[int], rng: np.random.Generator) -> Estimate:
+def _share(hits: Sequence[int], of: Sequence[int], key: str) -> Estimate:
     """Return the share of hits; not a number where there is nothing to count."""
     if len(of) == 1 and of[0] > 0:
         return wilson(hits[0], of[0])
     shares = np.array([hit / total if total else np.nan for hit, total in zip(hits, of, strict=True)])
-    return bootstrap_mean(shares, rng, "bootstrap-seeds")
+    return bootstrap_mean(shares, generator(key), "bootstrap-seeds")

@@ -4,7 +4,7 @@ import shlex
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -101,6 +101,11 @@ class Report(NamedTuple):
     env_steps: int
     success: tuple[float, ...]
 
+    @property
+    def note(self) -> str:
+        """The success rates in words."""
+        return "validation success " + " ".join("failed" if isnan(rate) else f"{rate:.0%}" for rate in self.success)
+
 
 def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Iterator[Report]:
     """Return, one after the other, the reports of a training; at its end the run directory holds the checkpoints.
@@ -194,7 +199,7 @@ class _Training:
 
     def _validate(self, policy: LearnedAgent) -> dict[str, float | None]:
         seeds, cast = self._plan.task.validation.take(VALIDATION_EPISODES), training_cast(self._plan.task)
-        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES, cast=cast)))
+        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES, cast=cast).records))
 
     def _keep(self, run: SeedRun, row: Row, policy: LearnedAgent) -> None:
         if run.add(row):
@@ -209,8 +214,7 @@ class _Training:
         """Write the provenance and the last checkpoints; the state goes last, so that a kill loses nothing."""
         plan, elapsed = self._plan, time.perf_counter() - self._started
         record = provenance(plan.command, {f"{plan.task.id}/{plan.method.id}": elapsed})
-        path = self._directory.folder / f"provenance-seeds-{format_seeds(plan.seeds)}.json"
-        write_atomically(path, record.model_dump_json(indent=2) + "\n")
+        write_atomically(self._directory.provenance(plan.seeds), record.model_dump_json(indent=2) + "\n")
         for run, policy in zip(self._runs, self._learner.policies(), strict=True):
             if not run.failed:
                 self._save(self._directory.final(run.seed), policy, run.curve[-1])

@@ -70,14 +70,14 @@ def _trained(folder: Path) -> tuple[str, str]:
     try:
         config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
         return str(config["method"]["id"]), str(config["task"])
-    except (OSError, KeyError, TypeError, ValueError) as error:
+    except (OSError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise CurveError(
             f"{folder} has no config.json to read; name a folder that hhrl-bench train has filled"
         ) from error
 
 
 def _seeds(folder: Path) -> list[int]:
-    named = (re.fullmatch(r"curve-seed-([0-9]+)\.jsonl", path.name) for path in folder.iterdir())
+    named = (re.fullmatch(r"curve-seed-([0-9]{1,9})\.jsonl", path.name) for path in folder.iterdir())
     return [int(match[1]) for match in named if match]
 
 

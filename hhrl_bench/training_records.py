@@ -1,5 +1,6 @@
 """How the episodes of a training ended, as a record: report by report, in training and in testing."""
 
+import hashlib
 from itertools import chain
 from typing import Annotated, Self
 
@@ -44,6 +45,10 @@ class TrainingOutcomesRecord(Record):
     env_steps: Annotated[tuple[Count, ...], Field(min_length=1)]
     training: SharesRecord
     testing: SharesRecord
+
+    def digest(self) -> str:
+        """Return the sha256, in hex, of the record as compact JSON."""
+        return hashlib.sha256(self.model_dump_json().encode()).hexdigest()
 
     @property
     def runs(self) -> str:

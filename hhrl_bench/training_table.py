@@ -7,12 +7,17 @@ from rich import box
 from rich.console import Console, Group
 from rich.table import Table
 
-from hhrl_bench.table import NONE, print_widest
+from hhrl_bench.cells import NONE
+from hhrl_bench.table import print_widest
 from hhrl_bench.training_records import SharesRecord, TrainingOutcomesRecord
 
 SHOWN = ("success", "collision", "not_stop", "timeout")
 """The first ones are shown longest where there is little room."""
 
+NOTES = (
+    "Means over the seeds; testing is greedy, on validation episodes.",
+    "Start, middle and end: the first, middle and last report with such episodes.",
+)
 TIMES = ("start", "middle", "end")
 
 
@@ -20,11 +25,12 @@ def print_trainings(console: Console, trainings: Sequence[TrainingOutcomesRecord
     """Return nothing; print a table a training, with as many outcomes as the console has room for."""
     layouts = [SHOWN[:last] for last in range(len(SHOWN), 0, -1)]
     place = print_widest(console, [_tables(trainings, outcomes) for outcomes in layouts])
-    notes = [
-        "Means over the seeds; testing is greedy, on validation episodes.",
-        "Start, middle and end: the first, middle and last report with such episodes.",
-    ]
-    console.print("\n".join([*notes, *["A wider terminal shows more outcomes."][: place > 0]]), style="dim")
+    console.print("\n".join([*NOTES, *["A wider terminal shows more outcomes."][: place > 0]]), style="dim")
+
+
+def title(training: TrainingOutcomesRecord) -> str:
+    """Return what was trained, with which seeds, and for how long."""
+    return f"{training.method} on {training.task}, {training.runs}, {training.env_steps[-1]:,} env steps"
 
 
 def _tables(trainings: Sequence[TrainingOutcomesRecord], outcomes: Sequence[str]) -> Group:
@@ -33,7 +39,7 @@ def _tables(trainings: Sequence[TrainingOutcomesRecord], outcomes: Sequence[str]
 
 def _table(training: TrainingOutcomesRecord, outcomes: Sequence[str]) -> Table:
     table = Table(
-        title=f"{training.method} on {training.task}, {training.runs}, {training.env_steps[-1]:,} env steps",
+        title=title(training),
         box=box.HORIZONTALS,
         show_edge=False,
         padding=0,
@@ -46,13 +52,13 @@ def _table(training: TrainingOutcomesRecord, outcomes: Sequence[str]) -> Table:
         shares: SharesRecord = getattr(training, name)
         for outcome in outcomes:
             table.add_column(f"{name}\n{outcome.replace('_', ' ')}", justify="right", no_wrap=True)
-            columns.append(_rates(shares, outcome))
+            columns.append(rates(shares, outcome))
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     return table
 
 
-def _rates(shares: SharesRecord, outcome: str) -> list[str]:
+def rates(shares: SharesRecord, outcome: str) -> list[str]:
     """Return the mean over seeds at the first, middle and last report at which a seed has episodes."""
     rates = shares.array(outcome)
     known = np.flatnonzero(np.isfinite(rates).any(axis=0))

@@ -3,15 +3,9 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from hhrl_bench.cells import Cell
 from hhrl_bench.transfer_metrics import THRESHOLD
 from hhrl_bench.transfer_records import SeedsMetricRecord, TransferRecord
-
-
-class Cell(NamedTuple):
-    """A number as text, and the bounds of its interval; None: there is none."""
-
-    value: str | None = None
-    bounds: str | None = None
 
 
 class Column(NamedTuple):

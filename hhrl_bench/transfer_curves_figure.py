@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import groupby
-from math import ceil
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,9 +9,9 @@ from matplotlib.figure import Figure
 
 from hhrl_bench import figures as fig
 from hhrl_bench.arms import ArmName
-from hhrl_bench.curve_style import BAND, Line, draw_curves, legend_below, rate_axes
+from hhrl_bench.curve_style import AT_THRESHOLD, BAND, Line, draw_curves, draw_threshold, legend_below, rate_axes
+from hhrl_bench.panels import new_panels
 from hhrl_bench.seeds import format_seeds
-from hhrl_bench.transfer_metrics import THRESHOLD
 from hhrl_bench.transfer_records import TransferRecord
 
 LINES: Mapping[ArmName, Line] = {
@@ -21,28 +20,18 @@ LINES: Mapping[ArmName, Line] = {
     "frozen-action": Line("frozen-action", fig.ORANGE, "-."),
     "fine-tune": Line("fine-tune", fig.BLUE, "-"),
 }
-_THRESHOLD = Line(f"{THRESHOLD:.0%}", fig.INK, ":")
-_COLUMNS = 3
 
 
 def draw_transfer_curves(rows: Sequence[TransferRecord]) -> Figure:
     """Return the figure of the rows of one method and source."""
     targets = {target: list(arms) for target, arms in groupby(sorted(rows, key=_target), key=_target)}
-    columns = min(len(targets), _COLUMNS)
-    lines = ceil(len(targets) / columns)
+    headings = [f"{target}, seeds {format_seeds(arms[0].seeds)}" for target, arms in targets.items()]
     title = f"{rows[0].method} trained on {rows[0].source}, then on other tasks"
-    figure = fig.new_figure(max(1.0 + 3.0 * columns, 6.5), 1.6 + 2.4 * lines, title, BAND)
-    axes = figure.subplots(lines, columns, sharey=True, squeeze=False)
-    for place, (one, (target, arms)) in enumerate(zip(axes.flat, targets.items(), strict=False)):
-        _draw_target(one, arms)
-        one.set_title(f"{target}, seeds {format_seeds(arms[0].seeds)}")
-        if place + columns >= len(targets):
-            one.set_xlabel("env steps (thousands)")
-    for one in axes[:, 0]:
-        one.set_ylabel("validation success")
-    for one in axes.flat[len(targets) :]:
-        one.set_axis_off()
-    legend_below(figure, [*(line for arm, line in LINES.items() if arm in {row.arm for row in rows}), _THRESHOLD])
+    figure, panels = new_panels(title, BAND, headings, "env steps (thousands)", "validation success")
+    for axes, arms in zip(panels, targets.values(), strict=True):
+        _draw_target(axes, arms)
+    present = {row.arm for row in rows}
+    legend_below(figure, [*(line for arm, line in LINES.items() if arm in present), AT_THRESHOLD])
     return figure
 
 
@@ -51,7 +40,7 @@ def _target(row: TransferRecord) -> str:
 
 
 def _draw_target(axes: Axes, arms: Sequence[TransferRecord]) -> None:
-    axes.axhline(THRESHOLD, color=_THRESHOLD.colour, linestyle=_THRESHOLD.dashes, linewidth=1.0)
+    draw_threshold(axes)
     by_arm = {row.arm: row for row in arms}
     for arm in (arm for arm in LINES if arm in by_arm):
         row = by_arm[arm]

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from hhrl_bench import figures as fig
 from hhrl_bench.analysis_style import outline
 from hhrl_bench.arms import ArmName
+from hhrl_bench.cells import NONE
 from hhrl_bench.statistics import FloatArray
-from hhrl_bench.table import NONE
 from hhrl_bench.transfer_records import TransferRecord
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from hhrl_bench.arms import ARMS, CONTROL, ArmName
 from hhrl_bench.errors import CurveError
 from hhrl_bench.records import SCHEMA_VERSION
-from hhrl_bench.results import BOOTSTRAP_SEED
 from hhrl_bench.statistics import CONFIDENCE
+from hhrl_bench.summaries import BOOTSTRAP_SEED
 from hhrl_bench.transfer_metrics import THRESHOLD, Curve, area
 from hhrl_bench.transfer_records import Group, TransferRecord, TransferSetRecord
 from hhrl_bench.transfer_summary import comparison, steps_to_threshold, summary

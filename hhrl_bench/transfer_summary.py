@@ -43,18 +43,19 @@ def steps_to_threshold(curves: Sequence[Curve]) -> StepsRecord:
     """Return every seed's time to threshold, and their median with the censored ones beyond the budget."""
     times = tuple(time_to_threshold(curve) for curve in curves)
     reached = sum(time is not None for time in times)
-    return StepsRecord(per_seed=times, median=_finite(float(np.median(_censored(curves)))), reached=reached)
+    return StepsRecord(per_seed=times, median=_finite(float(np.median(censored_times(curves)))), reached=reached)
+
+
+def censored_times(curves: Sequence[Curve]) -> FloatArray:
+    """Return every curve's time to threshold [n]; infinite: never reached."""
+    times = (time_to_threshold(curve) for curve in curves)
+    return np.array([inf if time is None else time for time in times], np.float64)
 
 
 def _steps_ratio(a: Sequence[Curve], b: Sequence[Curve], rng: np.random.Generator) -> StepsRatioRecord:
-    ratio = ratio_of_medians(_censored(a), _censored(b), b[0].env_steps[-1], rng)
+    ratio = ratio_of_medians(censored_times(a), censored_times(b), b[0].env_steps[-1], rng)
     at_most, low, high = map(_finite, (ratio.at_most, ratio.low, ratio.high))
     return StepsRatioRecord(at_least=ratio.at_least, at_most=at_most, low=low, high=high)
-
-
-def _censored(curves: Sequence[Curve]) -> FloatArray:
-    times = (time_to_threshold(curve) for curve in curves)
-    return np.array([inf if time is None else time for time in times], np.float64)
 
 
 def _finite(value: float) -> float | None:

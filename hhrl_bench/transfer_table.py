@@ -8,9 +8,10 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
+from hhrl_bench.names import WIDTH, folded, indented
 from hhrl_bench.seeds import format_seeds
-from hhrl_bench.table import NONE, print_widest
-from hhrl_bench.transfer_columns import COLUMNS, Cell, Column
+from hhrl_bench.table import cell_text, print_widest
+from hhrl_bench.transfer_columns import COLUMNS, Column
 from hhrl_bench.transfer_records import TransferRecord
 
 
@@ -19,7 +20,7 @@ def print_transfers(console: Console, rows: Sequence[TransferRecord]) -> None:
     columns = [column for column in COLUMNS if any(column.cell(row).value for row in rows)]
     narrower = [_tables(rows, columns[:last], intervals=False) for last in range(len(columns), 0, -1)]
     place = print_widest(console, [_tables(rows, columns, intervals=True), *narrower])
-    console.print(_notes(rows, intervals=place == 0), style="dim", highlight=False)
+    console.print("\n".join(notes(rows, intervals=place == 0)), style="dim", highlight=False)
 
 
 def _tables(rows: Sequence[TransferRecord], columns: Sequence[Column], *, intervals: bool) -> Group:
@@ -41,31 +42,25 @@ def _table(rows: Sequence[TransferRecord], columns: Sequence[Column], *, interva
         pad_edge=False,
         title_justify="left",
     )
-    table.add_column("target", overflow="fold", max_width=26, vertical="top")
+    table.add_column("target", overflow="fold", max_width=WIDTH + 2, vertical="top")
     for column in columns:
         table.add_column(column.heading, justify="right", no_wrap=True)
     for target, arms in groupby(rows, key=lambda row: row.target):
         table.add_section()
-        table.add_row(Text(target, style="bold"))
+        table.add_row(Text(folded(target), style="bold"))
         for row in arms:
-            table.add_row(f"  {row.arm}", *(_text(column.cell(row), intervals=intervals) for column in columns))
+            table.add_row(indented(row.arm), *(cell_text(column.cell(row), intervals=intervals) for column in columns))
     return table
 
 
-def _text(cell: Cell, *, intervals: bool) -> Text:
-    text = Text(cell.value or NONE)
-    return text.append(f"\n{cell.bounds}", style="dim") if intervals and cell.bounds else text
-
-
-def _notes(rows: Sequence[TransferRecord], *, intervals: bool) -> str:
+def notes(rows: Sequence[TransferRecord], *, intervals: bool = True) -> list[str]:
+    """Return what to know of the arms, a sentence or two a line."""
     budgets = sorted({row.budget for row in rows})
     words = " to ".join(f"{budget:,}" for budget in dict.fromkeys((budgets[0], budgets[-1])))
-    shown = "The pair under a number is its 95% interval, a bootstrap over the seeds; inf: without bound."
-    return "\n".join(
-        (
-            f"Success on validation episodes; a budget of {words} env steps.",
-            "Steps: the median in thousands, or how many seeds got there within the budget.",
-            "Steps ratio: of the medians, below 1 is faster than scratch; <= and >= where one lies beyond the budget.",
-            shown if intervals else "A wider terminal shows more columns and 95% intervals.",
-        )
-    )
+    shown = "The pair with a number is its 95% interval, a bootstrap over the seeds; inf: without bound."
+    return [
+        f"Success on validation episodes; a budget of {words} env steps.",
+        "Steps: the median in thousands, or how many seeds got there within the budget.",
+        "Steps ratio: of the medians, below 1 is faster than scratch; <= and >= where one lies beyond the budget.",
+        shown if intervals else "A wider terminal shows more columns and 95% intervals.",
+    ]

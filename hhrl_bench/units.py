@@ -1,21 +1,22 @@
 """Units: the smallest pieces of a suite's work, each of which any process can do and whose outcome is one result.
 
-A unit that trains keeps everything in a run directory of its own, so that a stopped one goes on; its outcome is a file
-there, so that a finished one is not done again.
+A unit that trains keeps everything in a run directory of its own, so that a stopped one goes on; the outcome of every
+unit is a file, so that a finished one is not done again.
 """
 
+import re
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from pydantic import ValidationError
-
-from hhrl_agents.files import write_atomically
 from hhrl_bench.loading import load_agents
+from hhrl_bench.outcome_file import keep_outcome
+from hhrl_bench.progress import Update, silent
 from hhrl_bench.records import TimedResult
 from hhrl_bench.results import evaluate_agent
-from hhrl_bench.run_directory import RunDirectory
+from hhrl_bench.run_directory import RunDirectory, failed_seeds
+from hhrl_bench.store import Store, sha256_of
 from hhrl_bench.tasks import Task
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
@@ -38,17 +39,18 @@ class Unit(Protocol):
     def check(self) -> None:
         """Return nothing; raises an InputError where it is plain from the outset that ``run`` cannot succeed."""
 
-    def run(self) -> TimedResult:
-        """Return the outcome, and the seconds it took."""
+    def run(self, update: Update = silent) -> TimedResult:
+        """Return the outcome, and the seconds it took; ``update`` hears how far it is."""
 
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """One agent on one task, with all its training seeds."""
+    """One agent on one task, with all its training seeds; its outcome and evidence lie in ``folder``."""
 
     agent: str
     task: Task
     episodes: int
+    folder: Path
 
     @property
     def name(self) -> str:
@@ -59,22 +61,30 @@ class Evaluation:
         """Return nothing; see ``Unit.check``: the agent has to load."""
         load_agents(self.agent, get_scenario(self.task.scenario))
 
-    def run(self) -> TimedResult:
+    def run(self, update: Update = silent) -> TimedResult:
         """Return the result on the task's first test episodes."""
+        path = self.folder / _file_name(self.agent) / self.task.id / OUTCOME.format(self.episodes)
+        return keep_outcome(path, lambda: self._score(update), self.agent, self.task, Store(self.folder))
+
+    def _score(self, update: Update) -> TimedResult:
         started = time.perf_counter()
-        result = evaluate_agent(self.agent, self.task, self.episodes)
+        result = evaluate_agent(self.agent, self.task, self.episodes, update=update, store=Store(self.folder))
         return TimedResult(result=result, seconds=time.perf_counter() - started)
 
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """One method trained on one task from nothing, its chosen checkpoints evaluated there."""
+    """One method trained on one task from nothing, its chosen checkpoints evaluated there.
+
+    ``folder`` is its run directory; its evidence lies in ``store``.
+    """
 
     method: str
     task: Task
     seeds: tuple[int, ...]
     episodes: int
     folder: Path
+    store: Store
 
     @property
     def name(self) -> str:
@@ -88,13 +98,12 @@ class Training:
 
         get_method(self.method)
 
-    def run(self) -> TimedResult:
+    def run(self, update: Update = silent) -> TimedResult:
         """Return the result of the chosen checkpoints under the method's name, trained first where they are not yet."""
         from hhrl_bench.train import Plan, get_method  # noqa: PLC0415
 
-        started = time.perf_counter()
         plan = Plan(get_method(self.method), self.task, self.seeds, self.task.env_steps, self.folder)
-        return _trained(plan, self.method, self.episodes, started)
+        return _trained(plan, self.method, self.episodes, self.store, update)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +114,7 @@ class TransferArm:
     method: str
     arm: str
     episodes: int
+    store: Store
 
     @property
     def name(self) -> str:
@@ -123,31 +133,32 @@ class TransferArm:
         if folder.exists():
             RunDirectory(folder).require_config(self.transfer.plan(self.arm, self.transfer.load()).config())
 
-    def run(self) -> TimedResult:
+    def run(self, update: Update = silent) -> TimedResult:
         """Return the result of the chosen checkpoints, trained first where they are not yet."""
-        started = time.perf_counter()
         plan = self.transfer.plan(self.arm, self.transfer.load())
-        return _trained(plan, self.agent, self.episodes, started)
+        return _trained(plan, self.agent, self.episodes, self.store, update)
 
 
-def _trained(plan: "Plan", name: str, episodes: int, started: float) -> TimedResult:
+def _trained(plan: "Plan", name: str, episodes: int, store: Store, update: Update) -> TimedResult:
     """Return the result of a training under a name; what was trained and scored before is read."""
     from hhrl_bench.train import train  # noqa: PLC0415
 
-    for _ in train(plan, resume=True):
-        pass
-    path = plan.folder / OUTCOME.format(episodes)
-    known = _read(path)
-    if known and known.result.agent == name:
-        return known
-    result = evaluate_agent(str(plan.folder), plan.task, episodes).model_copy(update={"agent": name})
-    timed = TimedResult(result=result, seconds=time.perf_counter() - started)
-    write_atomically(path, timed.model_dump_json(indent=2) + "\n")
-    return timed
+    for report in train(plan, resume=True):
+        update(report.env_steps, plan.env_steps, report.note)
+    source = str(plan.folder)
+
+    def score() -> TimedResult:
+        started = time.perf_counter()
+        result = evaluate_agent(source, plan.task, episodes, store=store)
+        failed = tuple(seed for seed in failed_seeds(plan.folder) if seed in plan.seeds)
+        result = result.model_copy(update={"agent": name, "failed_seeds": failed})
+        seconds = RunDirectory(plan.folder).seconds(plan.seeds) + time.perf_counter() - started
+        return TimedResult(result=result, seconds=seconds)
+
+    return keep_outcome(plan.folder / OUTCOME.format(episodes), score, source, plan.task, store)
 
 
-def _read(path: Path) -> TimedResult | None:
-    try:
-        return TimedResult.model_validate_json(path.read_bytes())
-    except (OSError, ValidationError):
-        return None
+def _file_name(agent: str) -> str:
+    """Return a folder's name for an agent, whose own name may be a path or hold a colon."""
+    plain = re.sub(r"[^A-Za-z0-9_-]", "_", agent)
+    return plain if plain == agent else f"{plain[-60:]}-{sha256_of(agent.encode())[:8]}"

@@ -66,7 +66,7 @@ def load(path: Path) -> LearnedAgent:
         method, scenario = _method(metadata), get_scenario(metadata["scenario"])
         _require_interface(metadata, scenario)
         _require_parameters(parameters, method, scenario)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         raise CheckpointError(f"cannot load checkpoint {path}: {error}") from error
     return make_agent(method, scenario, parameters, metadata)
 

@@ -112,7 +112,7 @@ class Method:
             method = cls(method_id, **{**_without(data, "algorithm"), **made})
             _require_entries(method.data(), data)
             _require_entries(method.data()["config"], config)
-        except (KeyError, TypeError) as error:
+        except (AttributeError, KeyError, TypeError) as error:
             raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error
         return method
 

@@ -1,8 +1,22 @@
 """Errors that name a bad input in one line."""
 
 
+_LONGEST = 1000
+
+
 class InputError(ValueError):
     """A bad input; the message is one line that says what is wrong and what to write instead."""
+
+    def __init__(self, message: str) -> None:
+        """Keep to one line whatever the message quotes."""
+        super().__init__(one_line(message))
+
+
+def one_line(text: str) -> str:
+    """Return a text as one line of at most 1,000 printable characters: control characters are spelt out."""
+    line = " ".join(map(str.strip, text.splitlines()))
+    line = "".join(char if char.isprintable() else ascii(char)[1:-1] for char in line)
+    return line if len(line) <= _LONGEST else line[: _LONGEST - 3] + "..."
 
 
 class UnknownScenarioError(InputError, KeyError):

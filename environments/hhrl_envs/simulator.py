@@ -143,6 +143,12 @@ class Simulator:
         terms = self._memory.of_agent(agent, at.TERMS, at.TERMS_SIZE)
         return Results(frame.all_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes, terms)
 
+    def measured(self, agent: int) -> Floats:
+        """Return the true state of one agent, in SI units and without noise, float64 [B, 11]; see ``observation``."""
+        self._require_reset()
+        _require_index("agent", agent, self.num_agents)
+        return self._memory.of_agent(agent, at.MEASURED, observation.SIZE)
+
     def reset(self, seeds: ArrayLike) -> None:
         """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""
         self._keys[SEED] = _as_keys(seeds, self.num_rows)

@@ -65,7 +65,7 @@ def test_the_rates_hold_on_episodes_that_nobody_has_seen() -> None:
 def test_a_score_is_what_the_evaluation_says() -> None:
     seeds = TEST.take(50)
     for row, ours in zip(target.ROWS, score(WORLD, seeds), strict=True):
-        evaluated = means(play(RULES[row.counterpart](WORLD), WORLD, seeds))
+        evaluated = means(play(RULES[row.counterpart](WORLD), WORLD, seeds).records)
         np.testing.assert_allclose(ours, [evaluated[column] for column in target.COLUMNS], rtol=1e-12)
 
 

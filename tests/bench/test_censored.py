@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hhrl_bench.censored import BoundedRatio, ratio_of_medians
+from hhrl_bench.censored import Bounded, median, ratio_of_medians
 
 BUDGET = 100.0
 
 
-def ratio(a: list[float], b: list[float], seed: int = 0) -> BoundedRatio:
+def ratio(a: list[float], b: list[float], seed: int = 0) -> Bounded:
     return ratio_of_medians(np.array(a), np.array(b), BUDGET, np.random.default_rng(seed))
 
 
@@ -58,6 +58,28 @@ def test_few_censored_resamples_leave_the_upper_bound_finite_and_many_do_not() -
     assert ratio(seldom, [60.0] * 9).high == 0.5
     assert ratio(often, [60.0] * 9).high == inf
     assert ratio(often, [60.0] * 9).at_most == 0.5
+
+
+@pytest.mark.parametrize(
+    ("times", "wanted"),
+    [
+        ([20.0] * 3, (20.0, 20.0, 20.0, 20.0)),
+        ([inf] * 3, (100.0, inf, 100.0, inf)),
+        ([20.0, 60.0], (40.0, 40.0, 20.0, 60.0)),
+        ([20.0, inf], (60.0, inf, 20.0, inf)),
+        ([20.0] * 9 + [inf], (20.0, 20.0, 20.0, 20.0)),
+    ],
+    ids=["known", "never", "two", "half", "few-censored"],
+)
+def test_medians(times: list[float], wanted: tuple[float, ...]) -> None:
+    assert median(np.array(times), BUDGET, np.random.default_rng(0)) == wanted
+
+
+def test_the_median_of_one_time_has_no_interval() -> None:
+    known = median(np.array([20.0]), BUDGET, np.random.default_rng(0))
+    assert (known.at_least, known.at_most) == (20.0, 20.0)
+    assert isnan(known.low)
+    assert isnan(known.high)
 
 
 def test_equal_generators_give_equal_intervals() -> None:

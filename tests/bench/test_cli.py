@@ -56,8 +56,9 @@ def process(*arguments: str, folder: Path, code: str | None = None) -> subproces
 
 
 @pytest.fixture
-def tiny(monkeypatch: pytest.MonkeyPatch) -> ScoreSuite:
-    """A suite that takes no time, in place of the quick one."""
+def tiny(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> ScoreSuite:
+    """A suite that takes no time, in place of the quick one, in a folder of its own to work in."""
+    monkeypatch.chdir(tmp_path_factory.mktemp("work"))
     small = ScoreSuite("quick", agents=("rule-2", "rule-4"), tasks=("stop-line-v0",), episodes=20)
     monkeypatch.setattr(suite, "SUITES", {"quick": small})
     return small
@@ -159,7 +160,7 @@ def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: ScoreSuite, t
     assert board.provenance.command == "hhrl-bench run --suite quick"
     assert done("leaderboard", "show", str(path)) == said
     assert LeaderboardRecord.model_validate_json(done("leaderboard", "show", str(path), "--json")) == board
-    assert [p.name for p in path.parent.iterdir()] == ["a.json"]
+    assert sorted(p.name for p in path.parent.iterdir()) == ["a.json", "evidence"]
 
 
 @pytest.mark.usefixtures("tiny")
@@ -167,7 +168,7 @@ def test_run_that_fails_leaves_the_old_leaderboard(tmp_path: Path, monkeypatch: 
     path = tmp_path / "a.json"
     path.write_text("before")
 
-    def fails(*_: object) -> None:
+    def fails(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device", "somewhere")
 
     monkeypatch.setattr(units, "evaluate_agent", fails)
@@ -175,7 +176,7 @@ def test_run_that_fails_leaves_the_old_leaderboard(tmp_path: Path, monkeypatch: 
     assert (said.exit_code, said.stdout) == (1, "")
     first, last = said.stderr.splitlines()[-3::2]
     assert first.startswith("hhrl-bench: rule-2 on stop-line-v0 failed: ")
-    assert first.endswith("No space left on device: 'somewhere'")
+    assert first.endswith("No space left on device: somewhere; make room there, and run the same command again")
     assert last == "hhrl-bench: no leaderboard was written; the same command goes on with what is left"
     assert path.read_text() == "before"
     assert [p.name for p in tmp_path.iterdir()] == ["a.json"]

@@ -61,7 +61,7 @@ def test_episode_i_is_the_same_world_for_every_agent_and_number_of_episodes() ->
 
 def test_the_number_of_rows_does_not_change_a_rules_episodes() -> None:
     seeds = TEST.take(23)
-    wide, narrow = (play(RULES["rule-4"](SCENARIO), SCENARIO, seeds, rows=rows) for rows in (23, 5))
+    wide, narrow = (play(RULES["rule-4"](SCENARIO), SCENARIO, seeds, rows=rows).records for rows in (23, 5))
     assert equal(wide, narrow)
 
 

@@ -9,14 +9,18 @@ import pytest
 
 from hhrl_agents import METHODS
 from hhrl_bench import leaderboard
+from hhrl_bench.level import Level
 from hhrl_bench.loading import SHIPPED
+from hhrl_bench.publication import check_index, entry_paths
+from hhrl_bench.store import Store
+from hhrl_bench.verification import verify
 from hhrl_envs import get_scenario
 from support.command_line import invoke
 
 FOLDER = Path(__file__).parents[2] / "leaderboards"
 FOR_NO_BOARD = {"follow-only", "adversary", "platoon"}  # a part of option-only, an opponent, a driver of all vehicles
 SCHEMA = FOLDER / "schema.json"
-EACH_BOARD = pytest.mark.parametrize("path", sorted({*FOLDER.glob("*.json")} - {SCHEMA}), ids=lambda path: path.stem)
+EACH_BOARD = pytest.mark.parametrize("path", entry_paths(FOLDER), ids=lambda path: path.stem)
 
 
 def test_the_published_schema_is_that_of_the_records() -> None:
@@ -35,6 +39,20 @@ def test_a_published_leaderboard_keeps_to_the_published_schema(path: Path) -> No
     validator.validate(board)
     board["results"][0]["runs"][0]["episodes_sha256"] = "short"
     assert [error.json_path for error in validator.iter_errors(board)] == ["$.results[0].runs[0].episodes_sha256"]
+
+
+@EACH_BOARD
+def test_a_published_leaderboard_is_verified_and_one_of_its_agents_run_again(path: Path) -> None:
+    findings = verify(leaderboard.read(path), Store(FOLDER), Level.RERUN, sample=1, seed=len(path.stem))
+    assert list(map(str, findings)) == []
+
+
+def test_the_index_is_of_the_published_files() -> None:
+    assert list(map(str, check_index(FOLDER))) == []
+
+
+def test_what_is_published_is_fit_for_a_repository() -> None:
+    assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) < 40 * 10**6
 
 
 @EACH_BOARD

@@ -39,11 +39,21 @@ def test_quick_commands_run(command: str, tmp_path: Path, monkeypatch: pytest.Mo
     assert result.exit_code == 0, result.output
 
 
+@pytest.mark.parametrize(
+    "page",
+    [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), ROOT / "environments" / "README.md"],
+    ids=lambda page: page.name,
+)
+def test_links_lead_to_files(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#:]+)\)", page.read_text())
+    assert [link for link in links if not (page.parent / link).exists()] == []
+
+
 def test_documentation_holds_the_commands_it_promises() -> None:
     verbs = {line.split()[1] for line in commands()}
     assert verbs == {
         "list", "evaluate", "watch", "run", "leaderboard", "train", "calibrate", "analyse", "robustness", "transfer",
-        "figures",
+        "figures", "sigma",
     }  # fmt: skip
 
 

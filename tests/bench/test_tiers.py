@@ -26,7 +26,7 @@ ANSWERS = {
 
 
 def success(agent: Agent, tier: Scenario) -> float:
-    records = play(agent, tier, TASKS[tier.id].test.take(EPISODES), rows=EPISODES)
+    records = play(agent, tier, TASKS[tier.id].test.take(EPISODES), rows=EPISODES).records
     return float(np.mean(records.outcome == Outcome.SUCCESS))
 
 

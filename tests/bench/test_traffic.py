@@ -84,7 +84,7 @@ def test_an_opponent_drives_the_front_vehicle_of_the_same_worlds() -> None:
 
 def test_counts_and_shares_are_those_of_the_records() -> None:
     records = traffic_records("rule-3", "adversary-v0", "rule-1")
-    counts, share = traffic.counts(records), traffic.summarise([records], np.random.default_rng(0))
+    counts, share = traffic.counts(records), traffic.summarise([records])
     assert counts is not None
     assert share is not None
     stopped = records.outcome == Outcome.SUCCESS
@@ -99,10 +99,10 @@ def test_counts_and_shares_are_those_of_the_records() -> None:
 def test_nothing_is_counted_where_the_ego_is_alone_and_nothing_feasible_is_null() -> None:
     alone = evaluate(load_agent("rule-4"), "stop-line-v0", 5)
     assert traffic.counts(alone) is None
-    assert traffic.summarise([alone], np.random.default_rng(0)) is None
+    assert traffic.summarise([alone]) is None
     records = traffic_records("rule-4", "adversary-v0", "rule-1")
     records.feasible[:] = False
-    share = traffic.summarise([records], np.random.default_rng(0))
+    share = traffic.summarise([records])
     assert share is not None
     assert (share.feasible.mean, share.success_feasible.mean) == (0.0, None)
 
@@ -132,7 +132,7 @@ def test_a_training_validates_in_the_cast_it_trains_in(task: object, tmp_path: P
         *_, last = train(Plan(get_method("ddqn"), chosen, (0,), 600, tmp_path))
     final = checkpoints.load(tmp_path / "seed-0.final.safetensors")
     worlds = chosen.validation.take(16)
-    again = play(final, get_scenario(chosen.scenario), worlds, rows=16, cast=training_cast(chosen))
+    again = play(final, get_scenario(chosen.scenario), worlds, rows=16, cast=training_cast(chosen)).records
     assert last.success == ((again.outcome == Outcome.SUCCESS).mean(),)
     assert json.loads((tmp_path / "config.json").read_text()).get("ego") == chosen.ego
 

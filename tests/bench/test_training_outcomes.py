@@ -11,9 +11,9 @@ import pytest
 from pydantic import ValidationError
 from rich.console import Console
 
+from hhrl_bench.cells import NONE
 from hhrl_bench.errors import CurveError
 from hhrl_bench.figures import style
-from hhrl_bench.table import NONE
 from hhrl_bench.training_outcomes import read_outcomes
 from hhrl_bench.training_outcomes_figure import LINES, draw_trainings, save_trainings
 from hhrl_bench.training_records import OUTCOMES, TrainingOutcomesRecord

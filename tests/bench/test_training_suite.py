@@ -21,7 +21,6 @@ from support.command_line import invoke
 from support.small_training import STEPS, small_methods
 
 SUITE = TrainingSuite("tiny", (("follow-only", "red-light-v0"), ("option-only", "option-only-v0")), (0, 2), 5)
-PUBLISHED = Path(__file__).parents[2] / "leaderboards"
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -75,10 +74,10 @@ def test_its_run_directories_hold_the_same_curves(folder: Path, board: Leaderboa
 
 def test_a_stopped_suite_goes_on_to_the_same_leaderboard(board: LeaderboardRecord, tmp_path: Path) -> None:
     study = suite_study(SUITE, tmp_path)
-    running = study.run(workers=1)
+    running = study.run()
     next(running)
     running.close()  # type: ignore[attr-defined]
-    again = study.leaderboard(list(study.run(workers=1)))
+    again = study.leaderboard(list(study.run()))
     assert again.model_dump_json(exclude={"provenance"}) == board.model_dump_json(exclude={"provenance"})
 
 
@@ -102,13 +101,13 @@ def test_its_figure_is_drawn_from_the_leaderboard_alone(folder: Path, tmp_path: 
     }
 
 
-def test_a_leaderboard_with_nothing_to_draw_is_one_line(tmp_path: Path) -> None:
+def test_a_leaderboard_with_nothing_to_draw_is_one_line(board: LeaderboardRecord, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    said = invoke("figures", str(PUBLISHED / "quick.json"), "--out", str(tmp_path / "new"))
+    path = tmp_path / "bare.json"
+    leaderboard.write(board.model_copy(update={"trainings": ()}), path)
+    said = invoke("figures", str(path), "--out", str(tmp_path / "new"))
     assert (said.exit_code, said.stdout) == (2, "")
-    assert said.stderr == (
-        "hhrl-bench: the leaderboard of quick holds no transfer or training to draw; name one that does\n"
-    )
+    assert said.stderr == "hhrl-bench: the leaderboard of tiny has one agent a task and no curves: nothing to draw\n"
     assert not (tmp_path / "new").exists()
 
 

@@ -24,7 +24,7 @@ from hhrl_bench.tasks import get_task  # noqa: E402
 from hhrl_bench.transfer import Transfer  # noqa: E402
 from hhrl_bench.transfer_rows import recompute  # noqa: E402
 from hhrl_bench.units import Unit  # noqa: E402
-from hhrl_envs import get_scenario  # noqa: E402
+from hhrl_envs import Option, get_scenario  # noqa: E402
 from support.command_line import invoke  # noqa: E402
 from support.small_training import plan, small_methods  # noqa: E402
 
@@ -124,21 +124,21 @@ def test_in_a_target_with_one_sub_goal_zero_shot_holds_it(source: Path, tmp_path
     list(training.train(one.plan("zero-shot", one.load())))
     agent = policy(RunDirectory(one.folder_of("zero-shot")).best(0))
     scenario = get_scenario(target.scenario)
-    records = play(agent, scenario, target.test.take(8), rows=8)
-    held = play(policy(source / "seed-0.safetensors"), scenario, target.test.take(8), option=0, rows=8)  # type: ignore[arg-type]
+    records = play(agent, scenario, target.test.take(8), rows=8).records
+    held = play(policy(source / "seed-0.safetensors"), scenario, target.test.take(8), option=Option.SSL, rows=8).records
     assert records.digest() == held.digest()
 
 
 def test_a_stopped_transfer_goes_on_to_the_same_leaderboard(source: Path, moved: Path, tmp_path: Path) -> None:
     study = transfer_study(str(source), ["stop-line-wet-v0", "option-only-v0"], SEEDS, STEPS, 10, tmp_path)
-    running = study.run(workers=1)
+    running = study.run()
     next(running), next(running)
     running.close()  # type: ignore[attr-defined]
     arm = study.kept.transfers[0].plan("fine-tune", study.kept.transfers[0].load())
     reports = training.train(arm, resume=True)
     next(reports), next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
-    again = study.leaderboard(list(study.run(workers=1)))
+    again = study.leaderboard(list(study.run()))
     whole = leaderboard.read(moved / "transfer.json")
     assert same(again) == same(whole)
 
@@ -156,12 +156,12 @@ def test_a_finished_transfer_is_not_done_again(source: Path, moved: Path, monkey
 
 def test_an_outcome_that_was_damaged_is_made_again(source: Path, moved: Path) -> None:
     path = run_of(moved, "zero-shot").folder / "result-10.json"
-    before = json.loads(path.read_text())["result"]
+    before = json.loads(path.read_text())["outcome"]["result"]
     path.write_text(path.read_text()[:100])
     (done,) = (
         unit.run() for unit in units_of(source, moved) if unit.name == "hybrid-hrl zero-shot on stop-line-wet-v0"
     )
-    assert json.loads(path.read_text())["result"] == json.loads(done.result.model_dump_json()) == before
+    assert json.loads(path.read_text())["outcome"]["result"] == json.loads(done.result.model_dump_json()) == before
 
 
 def units_of(source: Path, folder: Path) -> list[Unit]:

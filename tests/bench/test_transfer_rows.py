@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from hhrl_bench.arms import ARMS, ArmName
 from hhrl_bench.errors import CurveError
-from hhrl_bench.results import BOOTSTRAP_SEED
+from hhrl_bench.summaries import BOOTSTRAP_SEED
 from hhrl_bench.transfer_metrics import Curve, area, forward_transfer
 from hhrl_bench.transfer_records import TransferRecord, TransferSetRecord
 from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, recompute, transfer_rows, transfer_set

@@ -6,7 +6,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from hhrl_bench.table import NONE
+from hhrl_bench.cells import NONE
 from hhrl_bench.transfer_columns import COLUMNS
 from hhrl_bench.transfer_records import TransferRecord
 from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, transfer_set
@@ -35,7 +35,7 @@ def test_the_table_fits_and_names_every_method_source_target_and_arm(width: int)
         assert heading in text
     assert text.count("zero-shot") == text.count("frozen-action") == text.count("fine-tune") == 5
     assert ("wider terminal" in text) == (width < 140)
-    assert ("The pair under a number" in text) == (width == 140)
+    assert ("The pair with a number" in text) == (width == 140)
 
 
 def test_an_arms_line_holds_its_numbers_and_the_line_below_their_intervals() -> None:

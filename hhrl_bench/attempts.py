@@ -1,0 +1,73 @@
+"""Attempts: a unit done by this process, whatever becomes of it."""
+
+import errno
+import time
+from typing import NamedTuple
+
+from hhrl_bench.board import Board, UnitStatus
+from hhrl_bench.progress import Update, silent
+from hhrl_bench.records import TimedResult
+from hhrl_bench.units import Unit
+from hhrl_envs.errors import InputError, one_line
+
+_FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
+
+
+class Done(NamedTuple):
+    """A unit and its outcome; where there is none, ``failure`` says why.
+
+    ``lost``: whether its worker has gone before the unit has ended, so that it may succeed elsewhere.
+    """
+
+    unit: Unit
+    outcome: TimedResult | None
+    failure: str = ""
+    lost: bool = False
+
+
+def attempt(unit: Unit, board: Board | None) -> Done:
+    """Return the unit as this process has done it, or why it has not; how far it is stands on the board, if any."""
+    if board is None:
+        return _attempt(unit, silent)
+    started = time.perf_counter()
+
+    def update(done: int, total: int, note: str) -> None:
+        seconds = time.perf_counter() - started
+        board.write(
+            UnitStatus(unit=unit.name, state="running", done=done, total=total, note=one_line(note), seconds=seconds)
+        )
+
+    try:
+        with board.at_work():
+            update(0, 0, "")
+            done = _attempt(unit, update)
+            board.write(unit_status(done, time.perf_counter() - started))
+            return done
+    except InputError as error:
+        return Done(unit, None, str(error))
+
+
+def unit_status(done: Done, seconds: float) -> UnitStatus:
+    """Return what the board says of a unit that has ended after these seconds, or took others in an earlier run."""
+    name, outcome = done.unit.name, done.outcome
+    if outcome is None:
+        return UnitStatus(unit=name, state="failed", note=one_line(done.failure), seconds=seconds)
+    note = f"success {outcome.result.metrics.success.mean:.1%}"
+    return UnitStatus(unit=name, state="done", note=note, seconds=outcome.seconds)
+
+
+def _attempt(unit: Unit, update: Update) -> Done:
+    try:
+        return Done(unit, unit.run(update))
+    except InputError as error:
+        return Done(unit, None, str(error) + _advice(error.__cause__))
+    except OSError as error:
+        where = f": {error.filename}" if error.filename else ""
+        return Done(unit, None, f"{error.strerror or error}{where}{_advice(error)}")
+    except Exception as error:  # noqa: BLE001 - the other units go on, and this one is shown as failed
+        return Done(unit, None, f"{type(error).__name__}: {error}")
+
+
+def _advice(error: BaseException | None) -> str:
+    full = isinstance(error, OSError) and error.errno in _FULL
+    return "; make room there, and run the same command again" if full else ""

@@ -1,0 +1,47 @@
+"""Fresh worlds, drawn anew, in which an agent that was fitted to the public test worlds shows."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hhrl_bench.checked_result import CheckedResult
+from hhrl_bench.differences import Finding
+from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.progress import Update, silent
+from hhrl_bench.rerunning import play
+from hhrl_bench.seeds import RANGE_SIZE, SeedRange
+from hhrl_bench.store import Store
+from hhrl_bench.tasks import TEST
+from hhrl_envs import Outcome
+
+FRESH = SeedRange("fresh", TEST.start + TEST.size, 2**62)
+"""Worlds that no training, validation or test has."""
+
+UNLIKELY = 0.001
+"""How small the chance of a difference has to be, divided by the number of results, to be a finding."""
+
+
+def check_fresh(
+    board: LeaderboardRecord, store: Store, episodes: int, seed: int, update: Update = silent
+) -> Iterator[Finding]:
+    """Return the results whose published success is unlike that in ``episodes`` fresh worlds a run, drawn by ``seed``.
+
+    Fisher's exact test on the episodes of all runs of a result together, at UNLIKELY over the number of results.
+    Results that are not playable are left out.
+    """
+    from scipy.stats import fisher_exact  # noqa: PLC0415
+
+    worlds = FRESH.take(episodes, int(np.random.default_rng(seed).integers(FRESH.size - RANGE_SIZE)))
+    tasks = {task.id: task for task in board.tasks}
+    for index, result in enumerate(board.results):
+        checked = CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
+        if not checked.playable:
+            continue
+        hits = [int((play(checked, run, worlds).records.outcome == Outcome.SUCCESS).sum()) for run in result.runs]
+        total, known = episodes * len(hits), tasks[result.task].episodes * len(hits)
+        before = round(sum(run.metrics.success for run in result.runs) / len(hits) * known)
+        table = np.array([[before, known - before], [sum(hits), total - sum(hits)]])
+        said = f"{before / known:.1%} is published, {sum(hits) / total:.1%} was found in {total:,} fresh episodes"
+        update(index + 1, len(board.results), f"{result.agent} on {result.task}: {said}")
+        if (chance := float(fisher_exact(table).pvalue)) < UNLIKELY / len(board.results):
+            yield Finding(f"results[{index}].metrics.success", f"{said} (chance of that: {chance:.1g})")

@@ -1,0 +1,87 @@
+"""What the commands under ``hhrl-bench leaderboard`` do: findings on stdout, progress on stderr."""
+
+import json
+import secrets
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import typer
+
+from hhrl_agents.files import write_atomically
+from hhrl_bench import leaderboard
+from hhrl_bench.differences import Finding
+from hhrl_bench.fresh import check_fresh
+from hhrl_bench.level import Level
+from hhrl_bench.markdown_tables import markdown
+from hhrl_bench.progress import progress
+from hhrl_bench.publication import INDEX, check_index, entry_paths, of_suite, require_submittable, write_index
+from hhrl_bench.store import Store
+from hhrl_bench.verification import verify
+
+
+def verify_entries(
+    paths: Sequence[Path], level: Level, sample: int | None, fresh: int | None, seed: int | None, *, as_json: bool
+) -> bool:
+    """Return whether all holds; verify entries, or those of folders and their index; print what does not hold."""
+    seed = secrets.randbelow(10**9) if seed is None else seed
+    found: dict[str, list[Finding]] = {}
+    for path in paths:
+        if path.is_dir():
+            found[str(path / INDEX)] = list(check_index(path))
+        for file in entry_paths(path) if path.is_dir() else [path]:
+            found[str(file)] = list(_verify(file, level, sample, fresh, seed))
+    if as_json:
+        rows = [{"entry": name, **finding._asdict()} for name, findings in found.items() for finding in findings]
+        typer.echo(json.dumps({"level": level, "findings": rows}, indent=2))
+    else:
+        _print(found, level)
+        if sample or fresh:
+            typer.echo(f"drawn by --seed {seed}", err=True)
+    return not any(found.values())
+
+
+def build(folder: Path, level: Level) -> bool:
+    """Return whether every entry in a folder is verified up to ``level``; if so write its index, schema and tables."""
+    found = {str(path): list(_verify(path, level)) for path in entry_paths(folder)}
+    _print(found, level)
+    if any(found.values()):
+        return False
+    index = write_index(folder, level)
+    for suite in dict.fromkeys(entry.suite for entry in index.entries):
+        write_atomically(folder / f"{suite}.md", markdown(of_suite(folder, suite)))
+    typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)
+    return True
+
+
+def submit(path: Path, name: str, folder: Path) -> bool:
+    """Return whether an entry was verified, agents run again where they can be, and put into a folder under a name."""
+    board = leaderboard.read(path)
+    require_submittable(board, name, folder)
+    found = {str(path): list(_verify(path, Level.RERUN))}
+    _print(found, Level.RERUN)
+    if any(found.values()):
+        typer.echo("hhrl-bench: nothing was submitted", err=True)
+        return False
+    target = folder / f"{name}.json"
+    leaderboard.publish(board, target, Store(path.parent))
+    typer.echo(f"wrote {target}; hhrl-bench leaderboard build --folder {folder} adds it to the index", err=True)
+    return True
+
+
+def _verify(
+    path: Path, level: Level, sample: int | None = None, fresh: int | None = None, seed: int = 0
+) -> Iterator[Finding]:
+    board, store = leaderboard.read(path), Store(path.parent)
+    with progress(f"verify {path.name}") as update:
+        yield from verify(board, store, level, update, sample, seed)
+        if fresh is not None:
+            yield from check_fresh(board, store, fresh, seed, update)
+    yield from leaderboard.respelt(path, board)
+
+
+def _print(found: dict[str, list[Finding]], level: Level) -> None:
+    for name, findings in found.items():
+        for finding in findings:
+            typer.echo(f"{name}: {finding}")
+        if not findings:
+            typer.echo(f"{name}: {level}")

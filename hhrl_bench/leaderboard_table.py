@@ -1,0 +1,34 @@
+"""A leaderboard as tables to read."""
+
+from rich.console import Console
+
+from hhrl_bench.comparison_table import print_comparisons
+from hhrl_bench.details_table import print_details
+from hhrl_bench.efficiency_table import print_efficiencies
+from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.reference import compared_to_best
+from hhrl_bench.table import print_results
+from hhrl_bench.training_table import print_trainings
+from hhrl_bench.transfer_table import print_transfers
+
+
+def print_leaderboard(console: Console, board: LeaderboardRecord, *, details: bool = False) -> None:
+    """Return nothing; print the results of every task, transfers and trainings.
+
+    With ``details`` also the worst cases, how far every agent is from the best, and how soon methods succeed.
+    """
+    for task in board.tasks:
+        print_results(console, task, board.on(task))
+    if details:
+        console.print()
+        print_details(console, board)
+    if details and (compared := [one for task in board.tasks for one in compared_to_best(board, task)]):
+        console.print()
+        print_comparisons(console, compared)
+    if board.transfer:
+        print_transfers(console, board.transfer.rows)
+    if board.trainings:
+        print_trainings(console, board.trainings)
+    if details and board.efficiency:
+        console.print()
+        print_efficiencies(console, board.efficiency)

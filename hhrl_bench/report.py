@@ -1,0 +1,120 @@
+"""A leaderboard as one HTML page that needs nothing else: tables, figures, settings, provenance.
+
+Needs the ``report`` extra. The page loads nothing and runs nothing; equal leaderboards give equal bytes.
+"""
+
+import json
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from PIL import Image
+
+from hhrl_bench import sheets
+from hhrl_bench.cells import NONE
+from hhrl_bench.leaderboard_figures import save_leaderboard_figures
+from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.records import TaskRecord
+from hhrl_bench.reference import compared_to_best
+from hhrl_bench.seeds import format_seeds
+from hhrl_bench.sheets import Sheet
+from hhrl_bench.store import Store
+
+LARGEST_SVG, COLOURS = 90_000, 64
+"""Bytes; a figure whose SVG has more is shown as a PNG of so many colours."""
+
+
+class Figure(NamedTuple):
+    """A picture: its name, and a data URI that holds it."""
+
+    name: str
+    uri: str
+
+
+class TaskSection(NamedTuple):
+    """What stands on the page of a task: its tables, and every training seed."""
+
+    task: TaskRecord
+    sheets: tuple[Sheet, ...]
+    runs: Sheet
+
+
+def html(board: LeaderboardRecord, store: Store) -> str:
+    """Return the page of a leaderboard, whose files lie in a store.
+
+    Raises:
+        RecordError: if one of the files that figures are drawn from is missing or damaged.
+    """
+    environment = Environment(
+        loader=PackageLoader("hhrl_bench"),
+        autoescape=True,  # names of agents and tasks are anybody's
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html").render(
+        board=board,
+        dash=NONE,
+        agents=list(dict.fromkeys(result.agent for result in board.results)),
+        seeds=_seeds(board),
+        sections=[_section(board, task) for task in board.tasks],
+        learning=list(_learning(board)),
+        figures=_figures(board, store),
+        settings=[(method, list(_flat(method.config))) for method in board.methods],
+    )
+
+
+def _section(board: LeaderboardRecord, task: TaskRecord) -> TaskSection:
+    results, compared = board.on(task), compared_to_best(board, task)
+    shown = [sheets.results_sheet(task, results), sheets.details_sheet(task, results)]
+    shown += [sheets.comparison_sheet(compared)] if compared else []
+    return TaskSection(task, tuple(shown), sheets.runs_sheet(results))
+
+
+def _learning(board: LeaderboardRecord) -> Iterator[Sheet]:
+    """Yield the tables of what learning took and what it is worth elsewhere."""
+    if board.efficiency:
+        yield sheets.efficiency_sheet(board.efficiency)
+    if board.trainings:
+        yield sheets.trainings_sheet(board.trainings)
+    if board.transfer:
+        yield from sheets.transfer_sheets(board.transfer.rows)
+
+
+def _seeds(board: LeaderboardRecord) -> list[str]:
+    """Return the training seeds of the results, each set of them once."""
+    return list(dict.fromkeys(format_seeds(result.seeds) for result in board.results if result.seeds))
+
+
+def _figures(board: LeaderboardRecord, store: Store) -> list[Figure]:
+    """Return the figures of a leaderboard; none if it has nothing to draw."""
+    with TemporaryDirectory() as folder:
+        written = save_leaderboard_figures(board, store, Path(folder))
+        return [_figure(path) for path in written if path.suffix == ".svg"]
+
+
+def _figure(path: Path) -> Figure:
+    vector = path.read_bytes()
+    kind, content = ("svg+xml", vector) if len(vector) <= LARGEST_SVG else ("png", _small(path.with_suffix(".png")))
+    return Figure(path.stem.replace("-", " "), f"data:image/{kind};base64,{b64encode(content).decode()}")
+
+
+def _small(path: Path) -> bytes:
+    """Return a PNG with few colours."""
+    out = BytesIO()
+    with Image.open(path) as image:
+        image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+    return out.getvalue()
+
+
+def _flat(config: Mapping[str, Any], under: str = "") -> Iterator[tuple[str, str]]:
+    """Yield every setting, by its path, as JSON."""
+    for key, value in config.items():
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, f"{under}{key}.")
+        else:
+            yield f"{under}{key}", json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,66 @@
+"""The table of comparisons fits its console, and says differences in the unit of the column."""
+
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from hhrl_bench.cells import COLUMNS, NONE
+from hhrl_bench.comparison_records import PairwiseRecord
+from hhrl_bench.comparison_table import SHOWN, print_comparisons
+from hhrl_bench.comparisons import Runs, compare
+
+
+def study() -> list[PairwiseRecord]:
+    """Return two agents beside rule-4 on two tasks, by every metric."""
+    rule = Runs("rule-4", [np.array([0.5, 0.5])])
+    learned = Runs("hybrid-hrl", [np.array([0.5, 1.0]), np.array([0.5, 0.5])])
+    flat, other = Runs("ddqn", [np.array([np.nan, np.nan])] * 2), Runs("rule-plus", [np.array([0.0, 0.5])])
+    return [
+        compare(flat if agent is learned and metric.startswith("return") else agent, rule, task, metric, rng)
+        for rng in [np.random.default_rng(0)]
+        for task in ("stop-line-v0", "stop-line-wet-v0")
+        for metric in SHOWN
+        for agent in (learned, other)
+    ]
+
+
+def printed(width: int) -> list[str]:
+    out = StringIO()
+    print_comparisons(Console(file=out, width=width), study())
+    return out.getvalue().splitlines()
+
+
+@pytest.mark.parametrize("width", [30, 50, 80, 120, 250])
+def test_the_table_fits_and_names_every_agent_and_task(width: int) -> None:
+    lines = printed(width)
+    assert max(map(len, lines)) <= width
+    text = " ".join(" ".join(lines).split())
+    assert "…" not in text
+    for task in ("stop-line-v0", "stop-line-wet-v0"):
+        assert f"less rule-4 on {task}, 2 test episodes" in text
+    assert text.count("rule-plus") == text.count("hybrid-hrl") == 2
+    assert ("wider terminal" in text) == (width < 250)
+
+
+def test_differences_are_signed_and_of_rates_in_percentage_points() -> None:
+    [learned, below, rule, *_] = [line.split() for line in printed(250)[4:]]
+    assert learned[:9] == ["hybrid-hrl", "+12.5", "0.75", "+12.5", "0.75", "+12.5", "0.75", "+12.5", "0.75"]
+    assert learned[9:11] == ["+0.1", "0.75"]
+    assert below[:4] == ["+0.0,", "+25.0", "0.50,", "1.00"]
+    assert rule[:3] == ["rule-plus", "-25.0", NONE]
+
+
+def test_a_metric_that_an_agent_has_not_is_a_dash() -> None:
+    flat = next(line.split() for line in printed(250) if line.startswith("ddqn"))
+    assert flat == ["ddqn", *[NONE] * 18]
+
+
+def test_a_narrow_console_keeps_the_intervals_as_long_as_it_can() -> None:
+    assert any("+0.0, +25.0" in line for line in printed(80))
+    assert not any("+0.0, +25.0" in line for line in printed(30))
+
+
+def test_every_column_of_table_one_is_shown() -> None:
+    assert {*SHOWN} == {column.key for column in COLUMNS}

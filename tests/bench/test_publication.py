@@ -1,0 +1,143 @@
+"""Publishing: entries verified before they are indexed or submitted, nothing half-done, everything else refused."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from hhrl_bench import leaderboard, publication, suite
+from hhrl_bench.index_records import IndexRecord
+from hhrl_bench.suite import ScoreSuite
+from support.command_line import invoke
+
+TINY = ScoreSuite("tiny", agents=("rule-1", "rule-plus"), tasks=("stop-line-v0", "solo-stop-v0"), episodes=20)
+OWN = "import hhrl_agents\n\n\ndef make(scenario):\n    return hhrl_agents.RULES['rule-3'](scenario)\n"
+
+
+@pytest.fixture(autouse=True)
+def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suite, "SUITES", {"tiny": TINY})
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the entry of the tiny suite and its files."""
+    folder = tmp_path_factory.mktemp("made")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(suite, "SUITES", {"tiny": TINY})
+        paths = ("--out", str(folder / "board" / "tiny.json"), "--work", str(folder / "work"), "--workers", "1")
+        assert invoke("run", "--suite", "tiny", *paths).exit_code == 0
+    return folder / "board"
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path) -> Path:
+    return shutil.copytree(made, tmp_path / "published")
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    """Return every file in a folder."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def own_entry(folder: Path, monkeypatch: pytest.MonkeyPatch, name: str = "my_rule") -> Path:
+    """Return the entry of a user's own agent."""
+    (folder / f"{name}.py").write_text(OWN)
+    monkeypatch.chdir(folder)
+    out = folder / "mine" / "entry.json"
+    paths = ("--out", str(out), "--work", str(folder / "work"), "--workers", "1")
+    result = invoke("run", "--suite", "tiny", "--agent", f"{name}:make", *paths)
+    assert result.exit_code == 0, result.stderr
+    return out
+
+
+def test_a_folder_is_built_once_and_then_verified(folder: Path) -> None:
+    assert invoke("leaderboard", "verify", str(folder)).exit_code == 2  # no index yet
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    index = IndexRecord.model_validate_json((folder / "INDEX.json").read_bytes())
+    (entry,) = index.entries
+    assert (entry.file, entry.suite, entry.agents, entry.results) == ("tiny.json", "tiny", TINY.agents, 4)
+    assert entry.verified.level == "replayed"
+    assert (folder / "schema.json").read_text() == leaderboard.schema()
+    before = tree(folder)
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    assert tree(folder) == before
+    result = invoke("leaderboard", "verify", str(folder), "--level", "rerun", "--sample", "1", "--fresh", "30")
+    assert result.exit_code == 0, result.stdout
+    assert "tiny.json: rerun" in result.stdout
+
+
+def test_what_does_not_hold_is_named_and_nothing_is_written(folder: Path) -> None:
+    path = folder / "tiny.json"
+    board = json.loads(path.read_text())
+    board["results"][0]["runs"][0]["metrics"]["not_stop"] = 0.5
+    path.write_text(json.dumps(board))
+    before = tree(folder)
+    result = invoke("leaderboard", "build", "--folder", str(folder))
+    assert result.exit_code == 1
+    assert "results[0].runs[0].metrics.not_stop: 0.5 is published, 1.0 was found" in result.stdout
+    assert tree(folder) == before
+    told = json.loads(invoke("leaderboard", "verify", str(path), "--json").stdout)
+    assert told["findings"][0]["place"] == "results[0].runs[0].metrics.not_stop"
+
+
+def test_the_index_tells_of_other_entries_and_of_files_that_no_entry_names(folder: Path) -> None:
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    shutil.copy(folder / "tiny.json", folder / "other.json")
+    (folder / "evidence" / "stray").touch()
+    result = invoke("leaderboard", "verify", str(folder))
+    assert result.exit_code == 1
+    assert "INDEX.json.other.json: nothing is published" in result.stdout
+    assert "evidence/stray: no entry names this file" in result.stdout
+
+
+def test_an_own_agent_is_scored_and_submitted(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = own_entry(tmp_path, monkeypatch)
+    result = invoke("leaderboard", "submit", str(entry), "--name", "my-rule", "--folder", str(folder))
+    assert result.exit_code == 0, result.stdout
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    assert list(publication.of_suite(folder, "tiny")) == ["tiny", "my-rule"]
+    (mine, _) = leaderboard.read(folder / "my-rule.json").results
+    assert (mine.agent, mine.kind) == ("my_rule:make", "factory")
+    again = invoke("leaderboard", "submit", str(entry), "--name", "my-rule", "--folder", str(folder))
+    assert again.exit_code == 2
+    assert "holds an entry my-rule already; write another --name" in again.stderr
+
+
+def test_what_does_not_verify_is_not_submitted(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = own_entry(tmp_path, monkeypatch, "my_other")
+    entry.write_text(entry.read_text().replace('"success": 1.0', '"success": 0.9'))
+    before = tree(folder)
+    result = invoke("leaderboard", "submit", str(entry), "--name", "mine", "--folder", str(folder))
+    assert result.exit_code == 1
+    assert "nothing was submitted" in result.stderr
+    assert tree(folder) == before
+
+
+@pytest.mark.parametrize("name", ["../escape", "tiny", "Upper", "", "a/b", "x" * 70, "INDEX"])
+def test_a_bad_name_is_refused(folder: Path, name: str) -> None:
+    before = tree(folder.parent)
+    path = str(folder / "tiny.json")
+    result = invoke("leaderboard", "submit", path, "--name", name, "--folder", str(folder))
+    assert result.exit_code == 2
+    assert f"cannot call an entry {name!r}" in result.stderr
+    assert tree(folder.parent) == before
+
+
+def test_an_entry_that_its_suite_does_not_make_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for other in (
+        ScoreSuite("tiny", TINY.agents, TINY.tasks, 30),
+        ScoreSuite("tiny", TINY.agents, TINY.tasks[:1], 20),
+    ):
+        monkeypatch.setattr(suite, "SUITES", {"tiny": other})
+        result = invoke("leaderboard", "submit", str(folder / "tiny.json"), "--name", "a", "--folder", str(folder))
+        assert result.exit_code == 2
+        assert "hhrl-bench run --suite tiny makes one" in result.stderr
+
+
+def test_a_folder_without_entries_is_one_line(tmp_path: Path) -> None:
+    for command in (("verify", str(tmp_path)), ("build", "--folder", str(tmp_path))):
+        result = invoke("leaderboard", *command)
+        assert result.exit_code == 2
+        assert len(result.stderr.splitlines()) == 1

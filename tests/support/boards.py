@@ -1,0 +1,44 @@
+"""Leaderboards of made-up means, for tests of figures; they hold no more than a figure looks at."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.metrics import METRICS
+from hhrl_bench.paper import TABLE_I
+from hhrl_bench.records import MetricRecord, MetricsRecord, OptionName, ResultRecord, TaskRecord
+from hhrl_bench.tasks import get_task
+from hhrl_bench.training_records import TrainingOutcomesRecord
+
+EPISODES = 1000
+
+
+def result(
+    agent: str, task: str = "stop-line-v0", option: OptionName | None = None, **means: float | None
+) -> ResultRecord:
+    """Return a result with these means, 0 where none is given, each in an interval of 0.1 more and less."""
+    metrics: dict[str, Any] = {metric.key: _metric(means.get(metric.key, 0.0)) for metric in METRICS}
+    made = MetricsRecord.model_construct(None, **metrics)
+    return ResultRecord.model_construct(agent=agent, kind="rule", task=task, option=option, runs=(), metrics=made)
+
+
+def _metric(mean: float | None) -> MetricRecord:
+    low, high = (None, None) if mean is None else (mean - 0.1, mean + 0.1)
+    return MetricRecord(mean=mean, low=low, high=high, iqm=None, n=EPISODES, interval="bootstrap-episodes")
+
+
+def board(results: Sequence[ResultRecord], trainings: Sequence[TrainingOutcomesRecord] = ()) -> LeaderboardRecord:
+    """Return the leaderboard of these results and trainings, and of all their tasks."""
+    ids = dict.fromkeys([*(one.task for one in results), *(one.task for one in trainings)])
+    tasks = [TaskRecord.model_construct(id=task, scenario=get_task(task).scenario, episodes=EPISODES) for task in ids]
+    return LeaderboardRecord.model_construct(
+        suite="quick", tasks=tuple(tasks), results=tuple(results), transfer=None, trainings=tuple(trainings)
+    )
+
+
+def rules() -> list[ResultRecord]:
+    """Return a result of each policy of Table I, no two of them alike."""
+    return [
+        result(row.counterpart, steps=100.0 + i, unsmooth=5.0 - i, success=0.95 - 0.1 * i, collision=0.1 * i)
+        for i, row in enumerate(TABLE_I)
+    ]

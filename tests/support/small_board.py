@@ -1,0 +1,54 @@
+"""A small leaderboard that holds something of everything, for tests of what becomes of changed and damaged entries."""
+
+from pathlib import Path
+
+from hhrl_bench import leaderboard
+from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.results import task_record
+from hhrl_bench.store import Store
+from hhrl_bench.tasks import get_task
+from hhrl_bench.transfer_records import TransferSetRecord
+from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, transfer_set
+from hhrl_bench.units import Evaluation
+from support.trainings import training
+
+EPISODES = 6
+PAIRS = (
+    ("rule-2", "stop-line-v0"),
+    ("ddqn", "stop-line-v0"),
+    ("rule-2", "platoon-v0"),
+    ("platoon", "platoon-v0"),
+    ("rule-2", "adversary-v0"),
+    ("follow-only", "adversary-v0"),
+)
+TRAININGS = (
+    training([[0.0, 0.95, 0.5, 0.9], [0.1, 0.25, 0.8, 0.93], *[[0.0, 0.25, 0.9, 0.95]] * 3]),
+    training([[0.0, 0.1, 0.3, 0.94]] * 3, method="platoon", task="platoon-v0"),
+)
+
+
+def publish(folder: Path) -> Path:
+    """Return the path of the leaderboard, published into ``folder/published``."""
+    store = Store(folder)
+    done = [Evaluation(agent, get_task(task), EPISODES, folder).run() for agent, task in PAIRS]
+    tasks = [task_record(get_task(task), EPISODES) for task in dict.fromkeys(task for _, task in PAIRS)]
+    board = leaderboard.build("small", tasks, done, "make it", store, trainings=TRAININGS)
+    path = folder / "published" / "small.json"
+    path.parent.mkdir()
+    leaderboard.publish(board, path, store)
+    return path
+
+
+def read(path: Path) -> tuple[LeaderboardRecord, Store]:
+    """Return what was published, and the store beside it."""
+    return leaderboard.read(path), Store(path.parent)
+
+
+def _transfer() -> TransferSetRecord:
+    steps, seeds = (0, 100, 200), (0, 2)
+    arms = {
+        "scratch": ArmCurves(seeds, steps, ((0.0, 0.25, 0.95), (0.0, 0.3, 0.5))),
+        "frozen-action": ArmCurves(seeds, steps, ((0.5, 0.95, 1.0), (0.25, 0.75, 0.94))),
+        "zero-shot": ArmCurves(seeds, (0,), ((0.5,), (0.25,))),
+    }
+    return transfer_set([TransferCurves("stop-line-v0", "stop-and-go-v0", "hybrid-hrl", arms)])
