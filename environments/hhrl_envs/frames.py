@@ -17,7 +17,7 @@ _MOST = 3  # frames kept: what a step hands out, what it replaces, and one in us
 
 
 class Frame(NamedTuple):
-    """What the agents of all B rows get from a step.
+    """What the agents of all B rows get from a step; what is to be kept are its arrays, not the frame.
 
     Attributes:
         all_observations, all_results, all_codes: what the kernel fills, float32 [11, A, B], float64 [RESULTS_SIZE, A,
@@ -46,7 +46,7 @@ class Frame(NamedTuple):
 
 
 class Frames:
-    """Hands out frames for ``agents`` agents in ``rows`` rows, none while somebody holds an array of it or a view."""
+    """Hands out frames for ``agents`` agents in ``rows`` rows, none while somebody holds one of its arrays."""
 
     def __init__(self, agents: int, rows: int) -> None:
         self._shape = agents, rows
@@ -54,14 +54,15 @@ class Frames:
 
     def take(self) -> Frame:
         """Return a frame with arbitrary contents that nobody else has."""
-        for frame, free in self._frames:
+        for place, (frame, free) in enumerate(self._frames):
             if sum(map(getrefcount, frame)) == free:
+                self._frames.insert(1, self._frames.pop(place))  # two go to and fro: the last but one comes first
                 return frame
         observations = np.empty((observation.SIZE, *self._shape), np.float32)
         results, codes = np.empty((at.RESULTS_SIZE, *self._shape)), np.empty((3, *self._shape), np.int8)
         fresh = frame_of(observations, results, codes)
         del observations, results, codes
-        self._frames = [(fresh, sum(map(getrefcount, fresh))), *self._frames[: _MOST - 1]]
+        self._frames = [*self._frames[: _MOST - 1], (fresh, sum(map(getrefcount, fresh)))]
         return fresh
 
 
