@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
-from hhrl_envs import observation
 from hhrl_envs.advancing import BEGIN, MOVE_AND_SHOW, SHOW, advance_rows
 from hhrl_envs.arguments import as_count, as_learned_fronts, as_scenario
 from hhrl_envs.beginning import BEGUN, EPISODE, SEED, decide_rows
