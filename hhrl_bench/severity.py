@@ -6,6 +6,9 @@ from numpy.typing import NDArray
 from hhrl_bench.metrics import FloatArray
 from hhrl_envs import Outcome
 
+LONGEST_TTC = 10.0
+"""Seconds; a longer time to collision counts as that: how much longer says nothing about danger."""
+
 
 class Severity:
     """The worst so far of B episodes, in which a front vehicle is seen up to ``front_range`` metres away."""
@@ -27,7 +30,7 @@ class Severity:
         self._gap = np.where(seen, np.minimum(self._gap, gap), self._gap)
         nearing = seen & (closing > 0.0)
         ttc = np.divide(gap, closing, out=np.full_like(gap, np.inf), where=nearing)
-        self._ttc = np.minimum(self._ttc, ttc)
+        self._ttc = np.minimum(self._ttc, np.where(nearing, np.minimum(ttc, LONGEST_TTC), np.inf))
         hit = running & (outcomes == Outcome.COLLISION)
         self._impact_speed[hit] = closing[hit]
 
