@@ -45,7 +45,8 @@ def test_what_is_packed_is_unpacked(played: Played) -> None:
     data, records = pack(played), played.records
     assert pack(played) == data
     kept = unpack(data)
-    for ours, theirs in zip(kept.trace, played.trace, strict=True):
+    for name, theirs in played.trace._asdict().items():
+        ours = getattr(kept.trace, name)
         np.testing.assert_array_equal(ours, theirs)
         assert ours.dtype == theirs.dtype
     np.testing.assert_array_equal(kept.outcome, records.outcome)

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,7 +14,7 @@ from hhrl_agents.files import OutputError  # noqa: E402
 from hhrl_agents.learned import LearnedAgent  # noqa: E402
 from hhrl_bench import leaderboard  # noqa: E402
 from hhrl_bench import train as training  # noqa: E402
-from hhrl_bench.errors import AgentError  # noqa: E402
+from hhrl_bench.errors import AgentError, CurveError  # noqa: E402
 from hhrl_bench.evaluation import play  # noqa: E402
 from hhrl_bench.leaderboard_record import LeaderboardRecord  # noqa: E402
 from hhrl_bench.run_directory import RunDirectory  # noqa: E402
@@ -269,11 +270,16 @@ def test_an_arm_that_makes_no_sense_is_told_which_do(source: Path, tmp_path: Pat
 def test_a_seed_that_failed_succeeds_no_more(tmp_path: Path) -> None:
     from hhrl_bench.running import _arm_curves  # noqa: PLC0415
 
+    def row(env_steps: int, success: float | None) -> dict[str, Any]:
+        validation = {"success": success, "timeout": 0.0, "not_stop": 0.0, "collision": 0.0}
+        return {"env_steps": env_steps, "episodes": {}, "validation": None if success is None else validation}
+
     run = RunDirectory(tmp_path)
-    run.write_curve(0, [{"env_steps": k, "validation": {"success": 0.5}} for k in (0, 10, 20)])
-    run.write_curve(1, [{"env_steps": 0, "validation": {"success": 1.0}}, {"env_steps": 10, "validation": None}])
-    curves = _arm_curves(run, (0, 1))
+    (tmp_path / "config.json").write_text('{"method": {"id": "ddqn"}, "task": "stop-line-v0"}')
+    run.write_curve(0, [row(env_steps, 0.5) for env_steps in (0, 10, 20)])
+    run.write_curve(1, [row(0, 1.0), row(10, None)])
+    curves = _arm_curves(tmp_path, (0, 1))
     assert curves.env_steps == (0, 10, 20)
     assert curves.success == ((0.5, 0.5, 0.5), (1.0, 0.0, 0.0))
-    with pytest.raises(OutputError, match="cannot read the learning curve"):
-        _arm_curves(run, (0, 2))
+    with pytest.raises(CurveError, match="cannot read the learning curve"):
+        _arm_curves(tmp_path, (0, 2))

@@ -115,6 +115,25 @@ def test_any_changed_leaf_is_found_and_named(path: Path, data: Any) -> None:
         assert names(said, place, value), f"{place} changed to {value!r}: {said}"
 
 
+def test_any_changed_leaf_of_a_transfer_is_found_and_named(path: Path) -> None:
+    leaderboard.write(small_board.with_transfer(leaderboard.read(path)), path)
+    assert findings(path) == []
+    data, rng = json.loads(path.read_text()), np.random.default_rng(3)
+    places = [place for place in leaves(data) if place[0] in {"transfer", "checkpoints_published"}]
+    for index in rng.choice(len(places), 15, replace=False):
+        value = other(at(data, places[index]), rng)
+        path.write_text(json.dumps(put(data, places[index], value)))
+        assert names(complaint(path), places[index], value), f"{places[index]} changed to {value!r}: {complaint(path)}"
+
+
+def test_of_checkpoints_that_are_not_published_nothing_is_proved(path: Path) -> None:
+    """An entry of a transfer says so itself; its command trains them again."""
+    leaderboard.write(small_board.with_transfer(leaderboard.read(path)), path)
+    data = json.loads(path.read_text())
+    path.write_text(json.dumps(put(data, ("results", 1, "runs", 0, "checkpoint_sha256"), "0" * 64)))
+    assert complaint(path) == ""
+
+
 def test_what_cannot_be_proved_is_known(path: Path, data: Any) -> None:
     for place in (("suite",), ("provenance", "command"), ("provenance", "hardware", "cores")):
         path.write_text(json.dumps(put(data, place, 77 if place[-1] == "cores" else "other")))
@@ -170,7 +189,7 @@ def test_evidence_that_only_its_own_decisions_contradict_is_found(path: Path, da
     assert not np.array_equal(turned, kept.outcome)
     replace_evidence(path, data, 0, outcome=turned)
     said = [str(finding) for finding in findings(path)]
-    assert "results[0].runs[0].evidence_sha256: its outcome of the episodes are not what its decisions come to" in said
+    assert "results[0].runs[0].evidence_sha256: the outcome in it are not what the decisions in it come to" in said
 
 
 def test_a_held_option_that_was_not_held_is_found(path: Path, data: Any) -> None:

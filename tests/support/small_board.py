@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hhrl_bench import leaderboard
+from hhrl_bench.arms import ArmName
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.outcome_file import OutcomeRecord
 from hhrl_bench.records import TimedResult
@@ -48,14 +49,14 @@ def outcome(path: Path) -> TimedResult:
     return OutcomeRecord.model_validate_json(path.read_bytes()).outcome
 
 
-def read(path: Path) -> tuple[LeaderboardRecord, Store]:
-    """Return what was published, and the store beside it."""
-    return leaderboard.read(path), Store(path.parent)
+def with_transfer(board: LeaderboardRecord) -> LeaderboardRecord:
+    """Return a leaderboard as that of a transfer, whose checkpoints are not published."""
+    return board.model_copy(update={"transfer": _transfer(), "checkpoints_published": False, "methods": ()})
 
 
 def _transfer() -> TransferSetRecord:
     steps, seeds = (0, 100, 200), (0, 2)
-    arms = {
+    arms: dict[ArmName, ArmCurves] = {
         "scratch": ArmCurves(seeds, steps, ((0.0, 0.25, 0.95), (0.0, 0.3, 0.5))),
         "frozen-action": ArmCurves(seeds, steps, ((0.5, 0.95, 1.0), (0.25, 0.75, 0.94))),
         "zero-shot": ArmCurves(seeds, (0,), ((0.5,), (0.25,))),
