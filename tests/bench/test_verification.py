@@ -2,8 +2,9 @@
 
 import contextlib
 import json
+import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from hhrl_bench.store import Store
 from hhrl_bench.verification import verify
 from hhrl_envs.errors import InputError
 from support import small_board
+from support.command_line import invoke
 from support.mutations import Place, at, leaves, other, put
 
 LEVELS = (Level.RECOMPUTED, Level.REPLAYED)
@@ -215,3 +217,30 @@ def test_nothing_that_an_entry_names_is_executed(
     with contextlib.suppress(InputError):
         assert findings(path, Level.RERUN)
     assert not (tmp_path / "sprung").exists()
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+SPOILT = {
+    "truncated": lambda text: text[: len(text) // 2],
+    "of another version": lambda text: text.replace('"schema_version": 1', '"schema_version": 2', 1),
+    "nested": lambda text: text.replace('"suite": ', '"suite": ' + "[" * 100_000, 1),
+    "oversized": lambda text: text + " " * leaderboard.MAX_BYTES,
+    "escaping": lambda text: re.sub(r'"evidence_sha256": "[0-9a-f]{64}"', '"evidence_sha256": "../../escape"', text),
+    "a terminal's command": lambda text: text.replace('"suite": "', '"suite": "\\u001b[2J', 1),
+    "empty": lambda text: text[:0],
+}
+
+
+@pytest.mark.parametrize("spoil", SPOILT.values(), ids=SPOILT)
+@pytest.mark.parametrize("command", ["verify", "show", "submit"])
+def test_a_spoilt_entry_is_one_line_and_exit_code_2(path: Path, spoil: Callable[[str], str], command: str) -> None:
+    path.write_text(spoil(path.read_text()))
+    before = tree(path.parent.parent)
+    more = ["--name", "mine", "--folder", str(path.parent)] if command == "submit" else []
+    said = invoke("leaderboard", command, str(path), *more)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert len(said.stderr.splitlines()) == 1
+    assert tree(path.parent.parent) == before
