@@ -27,7 +27,7 @@ def plainly(task_id: str, rule: str, seed: int) -> tuple[float, float, float]:
         room, closing = max(front[0] - scenario.vehicle.length - x, 0.0), v - front[1]
         if room < scenario.sensor.front_range:  # not where there is no front vehicle either: NaN
             gap = min(gap, room)
-            ttc = min(ttc, min(room / closing, 10.0)) if closing > 0.0 else ttc
+            ttc = min(ttc, room / closing, 10.0) if closing > 0.0 else ttc
         if simulator.outcomes[0] == Outcome.COLLISION:
             impact = closing
     return impact, gap if isfinite(gap) else nan, ttc if isfinite(ttc) else nan
