@@ -1,6 +1,5 @@
 """Errors that name a bad input in one line."""
 
-
 _LONGEST = 1000
 
 

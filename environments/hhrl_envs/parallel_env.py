@@ -138,7 +138,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         """
         if not self._seeded:
             raise InputError("state before reset; call reset(seed=...) first")
-        return self.simulator.raw_observations[:, :, 0].T.ravel()
+        return self.simulator.frame.all_observations[:, :, 0].T.ravel()
 
     def close(self) -> None:
         """Close the window, where there is one."""
@@ -152,16 +152,16 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
 
     def _look(self) -> None:
         """Note where in the simulator's results those of each agent lie: views, so a copy of the view looks anew."""
-        simulator = self.simulator
+        frame = self.simulator.frame
         for agent, slot in self._slots.items():
             own = (..., slot, 0)
-            results = simulator.raw_results[own]
+            results = frame.all_results[own]
             self._own[agent] = (
-                simulator.raw_observations[own],
+                frame.all_observations[own],
                 results,
                 results[1:3],
                 results[3:5],
-                simulator.raw_codes[own],
+                frame.all_codes[own],
             )
 
     def _tell(self, live: list[str]) -> Step:

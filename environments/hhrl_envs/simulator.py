@@ -20,12 +20,12 @@ from hhrl_envs.beginning import BEGUN, EPISODE, SEED, decide_rows
 from hhrl_envs.blurring import blur_rows
 from hhrl_envs.compiled import Codes, Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.errors import InputError, require_value
+from hhrl_envs.frames import Frame, Frames
 from hhrl_envs.memory import Memory, count_fields
 from hhrl_envs.outcomes import RUNNING
 from hhrl_envs.profiles import describe
 from hhrl_envs.scenario import Scenario
 from hhrl_envs.sensing import BASE
-from hhrl_envs.spares import Spares
 from hhrl_envs.state import State, count, read, read_count
 from hhrl_envs.stepping import WAITING, aim
 from hhrl_envs.validation import is_integer
@@ -71,10 +71,7 @@ class Simulator:
         self._numbers, self._constants = self._memory.numbers, scenario.constants(self.num_agents)
         self._targets = [self._memory.target(agent) for agent in range(self.num_agents)]
         self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
-        shape = (self.num_agents, num_rows)
-        self._observations = Spares((observation.SIZE, *shape), np.float32)
-        self._results = Spares((at.RESULTS_SIZE, *shape), np.float64)
-        self._codes = Spares((3, *shape), np.int8)
+        self._frames = Frames(self.num_agents, num_rows)
         self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
         self._workers = Workers(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
@@ -86,7 +83,7 @@ class Simulator:
     def observations(self) -> Floats32:
         """Scaled observations, float32 [B, 11]; see ``hhrl_envs.observation``."""
         self._require_reset()
-        return self.raw_observations[:, 0].T
+        return self.frame.observations
 
     @property
     def terms(self) -> Floats:
@@ -97,33 +94,31 @@ class Simulator:
     def rewards(self) -> Floats:
         """r^task, float64 [B]."""
         self._require_reset()
-        rewards: Floats = self.raw_results[0, 0]
-        return rewards
+        return self.frame.rewards
 
     @property
     def reward_option(self) -> Floats:
         """r^option if option k is the selected one, float64 [B, 2]."""
         self._require_reset()
-        return self.raw_results[1:3, 0].T
+        return self.frame.reward_option
 
     @property
     def reward_action(self) -> Floats:
         """r^action if option k is the selected one, float64 [B, 2]."""
         self._require_reset()
-        return self.raw_results[3:5, 0].T
+        return self.frame.reward_action
 
     @property
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
         self._require_reset()
-        outcomes: Codes = self.raw_codes[0, 0]
-        return outcomes
+        return self.frame.outcomes
 
     @property
     def agent_outcomes(self) -> Codes:
         """``Outcome`` codes of all agents, int8 [B, A]."""
         self._require_reset()
-        outcomes: Codes = self.raw_codes[0].T
+        outcomes: Codes = self.frame.all_codes[0].T
         return outcomes
 
     @property
@@ -144,15 +139,20 @@ class Simulator:
         """Return the results of one agent: 0 is the ego, k the learned front vehicle in slot k."""
         self._require_reset()
         _require_index("agent", agent, self.num_agents)
-        results, outcomes = self.raw_results[:, agent], self.raw_codes[0, agent]
+        frame = self.frame
+        results, outcomes = frame.all_results[:, agent], frame.all_codes[0, agent]
         terms = self._memory.of_agent(agent, at.TERMS, at.TERMS_SIZE)
-        return Results(self.raw_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes, terms)
+        return Results(frame.all_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes, terms)
 
-    def measured(self, agent: int) -> Floats:
-        """Return the true state of one agent, in SI units and without noise, float64 [B, 11]; see ``observation``."""
+    def ahead(self, agent: int) -> tuple[Floats, Floats]:
+        """Return the free road [m] to the vehicle ahead of an agent, and how fast it closes [m/s], float64 [B] each.
+
+        They are the truth, whatever the sensors see; without a vehicle the road is hundreds of kilometres long.
+        """
         self._require_reset()
         _require_index("agent", agent, self.num_agents)
-        return self._memory.of_agent(agent, at.MEASURED, observation.SIZE)
+        own, front = (self._memory.of_agent(slot, at.POSITION, 2).T for slot in (agent, agent + 1))
+        return front[0] - self.scenario.vehicle.length - own[0], own[1] - front[1]
 
     def reset(self, seeds: ArrayLike) -> None:
         """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""
@@ -165,7 +165,7 @@ class Simulator:
         """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""
         self._require_reset()
         if self._ended:
-            self.next_episode((self.raw_codes[0] != RUNNING).all(axis=0))
+            self.next_episode((self.frame.all_codes[0] != RUNNING).all(axis=0))
 
     def next_episode(self, chosen: Flags | None = None) -> None:
         """Put the chosen rows, bool [B], at the start of the next episode of their seeds; None chooses all."""
@@ -227,7 +227,7 @@ class Simulator:
     def state(self) -> State:
         """Return all that the next steps depend on; see ``restore``."""
         self._require_reset()
-        arrays = self._arrays(self.raw_observations, self.raw_results, self.raw_codes)
+        arrays = self._arrays(self.frame)
         return {**{name: array.copy() for name, array in arrays.items()}, "ended": count(self._ended)}
 
     def restore(self, state: State) -> None:
@@ -236,15 +236,16 @@ class Simulator:
         Raises:
             InputError: if it is the state of something else.
         """
-        observations, results, codes = self._observations.take(), self._results.take(), self._codes.take()
-        for name, array in self._arrays(observations, results, codes).items():
+        frame = self._frames.take()
+        for name, array in self._arrays(frame).items():
             array[...] = read(state, name, array)
-        self.raw_observations, self.raw_results, self.raw_codes = observations, results, codes
+        self.frame = frame
         self._ended, self._ready = read_count(state, "ended"), True
 
-    def _arrays(self, observations: Floats32, results: Floats, codes: Codes) -> State:
+    def _arrays(self, frame: Frame) -> State:
         own = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
-        return {**own, "observations": observations, "results": results, "codes": codes}
+        shown = {"observations": frame.all_observations, "results": frame.all_results, "codes": frame.all_codes}
+        return {**own, **shown}
 
     def _vehicles(self, row: int) -> Floats:
         self._require_reset()
@@ -252,13 +253,8 @@ class Simulator:
         return self._memory.vehicles(row)
 
     def _show(self, parts: int) -> None:
-        """Do these parts of a step and hand out fresh results.
-
-        They are ``raw_observations``, float32 [11, A, B], ``raw_results``, float64 [5, A, B], and ``raw_codes``, int8
-        [3, A, B]; see ``advancing``.
-        """
-        self.raw_observations, self.raw_results = self._observations.take(), self._results.take()
-        self.raw_codes = self._codes.take()
+        """Do these parts of a step and hand out a fresh ``frame``."""
+        self.frame = self._frames.take()
         for _ in range(MAX_ATTEMPTS):
             self._run(parts)
             if self._ended >= 0:
@@ -271,7 +267,8 @@ class Simulator:
     def _run(self, parts: int) -> None:
         """Do these parts of a step; see ``advancing``."""
         numbers, c, keys, special = self._numbers, self._constants, self._keys, self._special
-        observations, results, codes = self.raw_observations, self.raw_results, self.raw_codes
+        frame = self.frame
+        observations, results, codes = frame.all_observations, frame.all_results, frame.all_codes
         if self._workers is None:
             ended = advance_rows(numbers, c, keys, observations, results, codes, parts, special, 0, self._blocks)
         else:

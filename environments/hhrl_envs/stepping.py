@@ -22,18 +22,18 @@ def aim(m: Floats, c: Floats, actions: Ints, levels: Floats) -> int:
 
     If one is no level nothing is changed, and its place among all of them is returned.
     """
-    agents, rows = len(actions), actions.shape[1]
+    agents, rows, count = len(actions), actions.shape[1], unsigned(levels.size)
     for agent in range(agents):
         wrong = False
         for row in range(rows):
-            wrong |= (actions[agent, row] < 0) | (actions[agent, row] >= levels.size)
+            wrong |= unsigned(actions[agent, row]) >= count  # so is what is negative
         if wrong:
             return int(agent * rows + first_wrong(actions[agent], levels.size))
     for agent in range(agents):
         for first in range(0, rows, at.LANES):
             target = locate(unsigned(first // at.LANES), c)[0] + unsigned(agent) * at.VEHICLE + at.TARGET
-            for i in range(min(at.LANES, rows - first)):
-                m[target + unsigned(i)] = levels[actions[agent, first + i]]
+            for i in range(unsigned(min(at.LANES, rows - first))):
+                m[target + i] = levels[unsigned(actions[agent, unsigned(first) + i])]
     return -1
 
 

@@ -68,11 +68,10 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""
         simulator = self.simulator
         simulator.step(self._actions.batch(actions, self.num_envs), autoreset=True)
-        results, codes = simulator.raw_results, simulator.raw_codes
-        flags = codes.view(np.bool_)
+        frame = simulator.frame
         infos = {
-            "reward_option": results[1:3, 0].T,
-            "reward_action": results[3:5, 0].T,
-            "outcome": codes[0, 0],
+            "reward_option": frame.reward_option,
+            "reward_action": frame.reward_action,
+            "outcome": frame.outcomes,
         }
-        return simulator.raw_observations[:, 0].T, results[0, 0], flags[1, 0], flags[2, 0], infos
+        return frame.observations, frame.rewards, frame.terminations, frame.truncations, infos

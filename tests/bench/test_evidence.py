@@ -106,10 +106,7 @@ def test_no_array_may_be_missing(name: str) -> None:
         ({"outcomes": np.ones((1, 2), np.int8)}, "a number for every episode"),
         ({"outcomes": np.ones(2, np.int8)}, "outcomes, int8 with 2 dimensions"),
         (
-            {
-                name: np.zeros((0, *array.shape[1:]), array.dtype)
-                for name, array in ARRAYS.items()
-            },
+            {name: np.zeros((0, *array.shape[1:]), array.dtype) for name, array in ARRAYS.items()},
             "a step in every episode",
         ),
     ],

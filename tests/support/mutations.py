@@ -48,13 +48,14 @@ def other(value: Any, rng: np.random.Generator) -> Any:
         return not value
     if isinstance(value, str):
         return _other_digit(value, string.hexdigits[:16], rng)
-    changed = value
-    while changed == value:
+    for _ in range(100):
         try:
             changed = json.loads(_other_digit(json.dumps(value), string.digits, rng))
-        except ValueError:  # 0 may not lead, and an exponent may be too large
+        except ValueError:  # 0 may not lead
             continue
-    return changed
+        if changed != value:
+            return changed
+    return 1
 
 
 def _other_digit(text: str, digits: str, rng: np.random.Generator) -> str:
