@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hhrl_agents import METHODS, RULES
 from hhrl_bench import checkpoint_metadata, traffic
@@ -177,7 +178,7 @@ def _known(evidence: Evidence, seeds: UInt64Array) -> EpisodeRecords:
 
 def _of_decisions(place: str, kept: Evidence, records: EpisodeRecords) -> Iterator[Finding]:
     """Yield which whole numbers of an evidence are not what its decisions come to, episode by episode."""
-    pairs = {
+    pairs: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {
         "steps": (kept.trace.steps, records.steps),
         "outcome": (kept.outcome, records.outcome),
         "unsmooth": (kept.unsmooth, records.unsmooth),

@@ -275,7 +275,7 @@ def fuzz(sandbox: Sandbox, name: str, seed: int) -> str:
 def main(count: int, seed: int) -> int:
     """Return how many attacks of ``count`` have failed; say so, and how the others ended."""
     folder = Path(tempfile.mkdtemp())
-    failures, ended, seconds = 0, Counter[tuple[str, str]](), Counter[str]()
+    failures, ended, seconds = 0, Counter[tuple[str, str]](), dict.fromkeys(ATTACKS, 0.0)
     with quick_statistics(), unchecked():
         sandbox = make_sandbox(folder)
         os.chdir(folder)

@@ -30,7 +30,7 @@ def put(data: Any, place: Place, value: object) -> Any:
     """A copy of the data with this value at a place."""
     if not place:
         return value
-    changed = dict(data) if isinstance(data, dict) else list(data)
+    changed: Any = dict(data) if isinstance(data, dict) else list(data)
     changed[place[0]] = put(data[place[0]], place[1:], value)
     return changed
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hhrl_bench import leaderboard
+from hhrl_bench.arms import ArmName
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.outcome_file import OutcomeRecord
 from hhrl_bench.records import TimedResult
@@ -55,7 +56,7 @@ def read(path: Path) -> tuple[LeaderboardRecord, Store]:
 
 def _transfer() -> TransferSetRecord:
     steps, seeds = (0, 100, 200), (0, 2)
-    arms = {
+    arms: dict[ArmName, ArmCurves] = {
         "scratch": ArmCurves(seeds, steps, ((0.0, 0.25, 0.95), (0.0, 0.3, 0.5))),
         "frozen-action": ArmCurves(seeds, steps, ((0.5, 0.95, 1.0), (0.25, 0.75, 0.94))),
         "zero-shot": ArmCurves(seeds, (0,), ((0.5,), (0.25,))),
