@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -270,14 +269,12 @@ def test_an_arm_that_makes_no_sense_is_told_which_do(source: Path, tmp_path: Pat
 def test_a_seed_that_failed_succeeds_no_more(tmp_path: Path) -> None:
     from hhrl_bench.running import _arm_curves  # noqa: PLC0415
 
-    def row(env_steps: int, success: float | None) -> dict[str, Any]:
-        validation = {"success": success, "timeout": 0.0, "not_stop": 0.0, "collision": 0.0}
-        return {"env_steps": env_steps, "episodes": {}, "validation": None if success is None else validation}
-
     run = RunDirectory(tmp_path)
-    (tmp_path / "config.json").write_text('{"method": {"id": "ddqn"}, "task": "stop-line-v0"}')
-    run.write_curve(0, [row(env_steps, 0.5) for env_steps in (0, 10, 20)])
-    run.write_curve(1, [row(0, 1.0), row(10, None)])
+    (tmp_path / "config.json").write_text(json.dumps({"method": {"id": "ddqn"}, "task": "stop-line-v0"}))
+    half, whole = ({"success": rate, "timeout": 0.0, "not_stop": 0.0, "collision": 0.0} for rate in (0.5, 1.0))
+    run.write_curve(0, [{"env_steps": k, "episodes": {}, "validation": half} for k in (0, 10, 20)])
+    rows = ((0, whole), (10, None))
+    run.write_curve(1, [{"env_steps": k, "episodes": {}, "validation": rates} for k, rates in rows])
     curves = _arm_curves(tmp_path, (0, 1))
     assert curves.env_steps == (0, 10, 20)
     assert curves.success == ((0.5, 0.5, 0.5), (1.0, 0.0, 0.0))

@@ -6,6 +6,7 @@ quickest round of each counts. Nothing is asserted: a bar stands beside its rati
 
 import os
 import sys
+import threading
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -27,6 +28,23 @@ def one_core() -> Iterator[None]:
     os.sched_setaffinity(0, {max(allowed)})
     yield
     os.sched_setaffinity(0, allowed)
+
+
+@pytest.fixture
+def a_core_each() -> Iterator[Callable[[], None]]:
+    """Return what holds every thread of this process on a core of its own, where the system can do that.
+
+    Beside other work the system tends to run both of two threads on the same core.
+    """
+    allowed = os.sched_getaffinity(0) if sys.platform == "linux" else set()
+
+    def spread() -> None:
+        for thread, core in zip(threading.enumerate(), sorted(allowed), strict=False):
+            os.sched_setaffinity(thread.native_id or 0, {core})
+
+    yield spread
+    if allowed:
+        os.sched_setaffinity(0, allowed)
 
 
 @pytest.fixture
