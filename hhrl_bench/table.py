@@ -14,6 +14,7 @@ from hhrl_bench.cells import COLUMNS, NONE, Cell, Column, metric_cell, paper_cel
 from hhrl_bench.names import WIDTH, folded
 from hhrl_bench.paper import CASES, TABLE_I
 from hhrl_bench.records import ResultRecord, TaskRecord
+from hhrl_bench.tasks import TASKS
 
 BOUNDLESS = 1000
 
@@ -118,7 +119,11 @@ def _meaning(results: Sequence[ResultRecord]) -> str:
 def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
     """Return who drives the other vehicles, and each agent's success in the episodes that were feasible."""
     notes = ["One policy drives all vehicles; success: all of them stopped."] if task.shared else []
-    notes += [f"The front vehicle is driven by {task.opponent.agent}."] if task.opponent else []
+    known = TASKS.get(task.id)
+    if task.opponent:
+        notes.append(f"The front vehicle is driven by {task.opponent.agent}.")
+    elif known and known.opponent:
+        notes.append("The front vehicle is scripted.")
     shares = [(result.agent, result.traffic) for result in results if result.traffic]
     return notes + [
         f"{agent}: {percent(traffic.feasible)} of the episodes feasible, success there "
