@@ -239,8 +239,8 @@ class Simulator:
         self._ended, self._ready = read_count(state, "ended"), True
 
     def _arrays(self, frame: Frame) -> State:
-        own = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
-        shown = {"observations": frame.all_observations, "results": frame.all_results, "codes": frame.all_codes}
+        own: State = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
+        shown: State = {"observations": frame.all_observations, "results": frame.all_results, "codes": frame.all_codes}
         return {**own, **shown}
 
     def _vehicles(self, row: int) -> Floats:
