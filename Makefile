@@ -1,13 +1,15 @@
 # Every target makes .venv and installs what it needs, once for each change of pyproject.toml or constraints.txt.
 PYTHON ?= python3
 BIN := .venv/bin
+INPUTS ?= 100000
 
-.PHONY: help bench test lint benchmark docs interop cluster kills
+.PHONY: help bench test lint fuzz benchmark docs interop cluster kills
 
 help:
 	@echo "make bench      score the agents of the quick suite, print and write their leaderboard"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
+	@echo "make fuzz       give hostile input to all that reads some, INPUTS times"
 	@echo "make benchmark  measure the simulator's speed, next to its peers'"
 	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
@@ -26,6 +28,9 @@ lint: .venv/installed-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	@! ls environments/*.py agents/*.py 2>/dev/null || { echo "move the files above into a package folder" >&2; false; }
+
+fuzz: .venv/installed-dev
+	OMP_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m support.fuzzing $(INPUTS)
 
 benchmark: .venv/installed-peers
 	$(BIN)/pytest tests/benchmarks -p no:xdist --benchmark-columns=min,median,rounds

@@ -34,7 +34,7 @@ def save_figures(record: AnalysisRecord, folder: Path) -> list[Path]:
         OutputError: if one cannot be written.
     """
     written: list[Path] = []
-    with style():
+    with style(mathematics=True):
         for name, draw in FIGURES.items():
             figure = draw(record)
             written += remove(folder, name) if figure is None else save(figure, folder, name)

@@ -33,9 +33,8 @@ def attempt(unit: Unit, board: Board | None) -> Done:
 
     def update(done: int, total: int, note: str) -> None:
         seconds = time.perf_counter() - started
-        board.write(
-            UnitStatus(unit=unit.name, state="running", done=done, total=total, note=one_line(note), seconds=seconds)
-        )
+        name, said = one_line(unit.name), one_line(note)
+        board.write(UnitStatus(unit=name, state="running", done=done, total=total, note=said, seconds=seconds))
 
     try:
         with board.at_work():
@@ -49,7 +48,7 @@ def attempt(unit: Unit, board: Board | None) -> Done:
 
 def unit_status(done: Done, seconds: float) -> UnitStatus:
     """Return what the board says of a unit that has ended after these seconds, or took others in an earlier run."""
-    name, outcome = done.unit.name, done.outcome
+    name, outcome = one_line(done.unit.name), done.outcome
     if outcome is None:
         return UnitStatus(unit=name, state="failed", note=one_line(done.failure), seconds=seconds)
     note = f"success {outcome.result.metrics.success.mean:.1%}"

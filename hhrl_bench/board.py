@@ -9,7 +9,6 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
@@ -19,6 +18,8 @@ from hhrl_agents.files import OutputError, require_writable, write_atomically
 from hhrl_bench.errors import RecordError
 from hhrl_bench.locks import is_locked, locked
 from hhrl_bench.records import Count, Name, Record, first_problem
+from hhrl_bench.store import sha256_of
+from hhrl_envs.errors import one_line
 
 MAX_BYTES = 16 * 2**20
 LEAVING = 60.0
@@ -116,7 +117,7 @@ class Board:
             RecordError: in one line, if something else stands in its place.
         """
         status = _read(self._path(name), UnitStatus)
-        if status is not None and status.unit != name:
+        if status is not None and status.unit != one_line(name):
             raise RecordError(f"{self._path(name)} is of another unit; remove it")
         return status
 
@@ -133,8 +134,8 @@ class Board:
         return self.folder / "workers.lock"
 
     def _path(self, unit: str) -> Path:
-        digest = sha256(unit.encode("utf-8", "replace")).hexdigest()[:8]
-        return self.folder / f"{re.sub(r'[^A-Za-z0-9_-]+', '-', unit)[:80]}-{digest}.unit.json"
+        name = one_line(unit)
+        return self.folder / f"{re.sub(r'[^A-Za-z0-9_-]+', '-', name)[:80]}-{sha256_of(name.encode())[:8]}.unit.json"
 
     def _clear(self) -> None:
         """Remove what an earlier run has said, and the fragments that a kill has left."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hhrl_agents import METHODS, RULES
 from hhrl_bench import checkpoint_metadata, traffic
@@ -176,8 +177,8 @@ def _known(evidence: Evidence, seeds: UInt64Array) -> EpisodeRecords:
 
 
 def _of_decisions(place: str, kept: Evidence, records: EpisodeRecords) -> Iterator[Finding]:
-    """Yield which whole numbers of an evidence are not what its decisions come to, episode by episode."""
-    pairs = {
+    """Yield which whole numbers of an evidence are not those of the episodes that its decisions come to."""
+    pairs: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {
         "steps": (kept.trace.steps, records.steps),
         "outcome": (kept.outcome, records.outcome),
         "unsmooth": (kept.unsmooth, records.unsmooth),
@@ -186,7 +187,7 @@ def _of_decisions(place: str, kept: Evidence, records: EpisodeRecords) -> Iterat
         pairs |= {"outcomes": (kept.outcomes, records.outcomes), "feasible": (kept.feasible, records.feasible)}
     for name, (ours, found) in pairs.items():
         if not np.array_equal(ours, found):
-            yield Finding(place, f"its {name} of the episodes are not what its decisions come to")
+            yield Finding(place, f"the {name} in it are not what the decisions in it come to")
 
 
 def _of_whole_numbers(place: str, published: Record, found: dict[str, float]) -> Iterator[Finding]:

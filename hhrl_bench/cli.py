@@ -271,6 +271,21 @@ def _watch(
     episode: Annotated[int, typer.Option(min=0, help="Which test episode.")] = 0,
     option: HeldOption = None,
     opponent: OpponentOption = None,
+    failed: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            help="Draw the first N failures that --entry has of the agent instead, each beside OUT.",
+            show_default="none",
+        ),
+    ] = None,
+    entry: Annotated[Path, typer.Option(help="A published leaderboard, for --failed.")] = Path(
+        "leaderboards/quick.json"
+    ),
 ) -> None:
     """Draw an agent's test episode: every step as a .gif, or key frames and charts as a .png."""
-    _commands().watch(agent, task, out, episode, option, opponent)
+    if failed is None:
+        _commands().watch(agent, task, out, episode, option, opponent)
+    else:
+        _commands().watch_failures(agent, task, out, failed, entry)

@@ -285,6 +285,18 @@ def watch(agent: str, task: str, out: Path, episode: int, option: str | None, op
     typer.echo(f"wrote {out}: {outcome.name.lower().replace('_', '-')}", err=True)
 
 
+def watch_failures(agent: str, task: str, out: Path, count: int, entry: Path) -> None:
+    """Return nothing; draw the first failures that a published entry has of an agent on a task."""
+    from hhrl_bench.failures import film_failures  # noqa: PLC0415
+
+    drawn = 0
+    for path, outcome in film_failures(leaderboard.read(entry), Store(entry.parent), agent, task, count, out):
+        typer.echo(f"wrote {path}: {outcome.name.lower().replace('_', '-')}", err=True)
+        drawn += 1
+    if not drawn:
+        typer.echo(f"{entry} has no failure of {agent} on {task}", err=True)
+
+
 def _require_playable(agents: Sequence[str], task: Task) -> None:
     """Return nothing; raises before anything is played for an agent that is named twice or does not load."""
     twice = next((agent for agent in agents if agents.count(agent) > 1), None)

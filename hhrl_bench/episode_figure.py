@@ -49,7 +49,7 @@ def save_episode(source: str | Path, task: str | Task, episode: int, folder: Pat
     with one_torch_thread():
         trace = attention_over_episode(loaded.agent, task, episode)
     name, seed = _name(source, loaded)
-    with style():
+    with style(mathematics=True):
         figure = draw_episode(f"{name}{seed} on {task.id}", scenario, trace)
         return save(figure, folder, f"episode-{name.replace(':', '-')}-{task.id}")
 

@@ -23,7 +23,7 @@ class EpisodeRecords:
         unsafe: sum of the unsafe penalties of both sub-goals, positive, float64.
         impact_speed: speed over the front vehicle's at a collision, m/s; NaN without one, float64.
         smallest_gap: smallest free road to a front vehicle, m; NaN if there never was one in range, float64.
-        smallest_ttc: smallest free road over closing speed (time to collision), s; NaN if never closing, float64.
+        smallest_ttc: smallest free road over closing speed (time to collision), s, at most 10; NaN if never closing.
     """
 
     seed: NDArray[np.uint64]

@@ -3,12 +3,13 @@
 Figures are made without pyplot, so that no window, no backend and no global state is involved.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from io import BytesIO
 from pathlib import Path
 from textwrap import fill
 from typing import Any
+from warnings import catch_warnings, filterwarnings
 
 import matplotlib as mpl
 import matplotlib.style
@@ -17,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from hhrl_agents.files import require_writable, write_atomically
+from hhrl_bench.names import file_name
 
 # Okabe and Ito's palette, distinguishable with every kind of colour vision, and greys
 BLUE, SKY, GREEN, YELLOW = "#0072B2", "#56B4E9", "#009E73", "#F0E442"
@@ -56,9 +58,12 @@ _METADATA = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
 _DPI, _LETTERS_PER_INCH = 144, 9
 
 
-def style() -> AbstractContextManager[None]:
-    """Return the context to draw and save figures in: this style, whatever the user's own settings are."""
-    return mpl.style.context(["default", _STYLE])
+def style(*, mathematics: bool = False) -> AbstractContextManager[None]:
+    """Return the context to draw and save figures in: this style, whatever the user's own settings are.
+
+    Without ``mathematics`` all text is plain, dollar signs too: names of agents and tasks are anybody's.
+    """
+    return mpl.style.context(["default", _STYLE, {"text.parse_math": mathematics}])
 
 
 def new_figure(width: float, height: float, title: str, subtitle: str) -> Figure:
@@ -67,7 +72,9 @@ def new_figure(width: float, height: float, title: str, subtitle: str) -> Figure
     The title is plain text, broken where it is too long; the subtitle, a line of its own, may hold mathematics.
     """
     figure = Figure(figsize=(width, height))
-    lines = fill(title, round(_LETTERS_PER_INCH * width)).replace("$", r"\$")
+    lines = fill(title, round(_LETTERS_PER_INCH * width))
+    if mpl.rcParams["text.parse_math"]:
+        lines = lines.replace("$", r"\$")
     figure.suptitle(f"{lines}\n{subtitle}", x=0.01, ha="left", weight="bold")
     return figure
 
@@ -83,15 +90,10 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     Raises:
         OutputError: if one cannot be written.
     """
-    if (layout := figure.get_layout_engine()) is not None:
-        layout.execute(figure)
-    figure.set_layout_engine("none")  # what was laid out once need not be laid out for each file
     paths = _paths(folder, name)
     require_writable(paths[0])
-    for path, (suffix, metadata) in zip(paths, _METADATA.items(), strict=True):
-        out = BytesIO()
-        figure.savefig(out, format=suffix, dpi=_DPI, metadata=metadata)
-        write_atomically(path, out.getvalue())
+    for path, content in zip(paths, _pictures(figure), strict=True):
+        write_atomically(path, content)
     return paths
 
 
@@ -111,5 +113,18 @@ def legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
     )  # fmt: skip
 
 
+def _pictures(figure: Figure) -> Iterator[bytes]:
+    """Yield the content of a file for each of the formats, whatever letters and lengths the names in it have."""
+    with catch_warnings():
+        filterwarnings("ignore", "Glyph|constrained_layout", UserWarning)
+        if (layout := figure.get_layout_engine()) is not None:
+            layout.execute(figure)
+        figure.set_layout_engine("none")  # what was laid out once need not be laid out for each file
+        for suffix, metadata in _METADATA.items():
+            out = BytesIO()
+            figure.savefig(out, format=suffix, dpi=_DPI, metadata=metadata)
+            yield out.getvalue()
+
+
 def _paths(folder: Path, name: str) -> list[Path]:
-    return [folder / f"{name}.{suffix}" for suffix in _METADATA]
+    return [folder / f"{file_name(name)}.{suffix}" for suffix in _METADATA]

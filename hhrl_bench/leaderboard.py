@@ -97,7 +97,9 @@ def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
     lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), _text(leaderboard).split("\n"), fillvalue="")
     for number, (line, ours) in enumerate(lines, start=1):
         if line != ours:
-            yield Finding(f"line {number}", f"{line.strip()[:100]} is published, it would be written {ours.strip()[:100]}")
+            yield Finding(
+                f"line {number}", f"{line.strip()[:100]} is published, it would be written {ours.strip()[:100]}"
+            )
             return
 
 

@@ -36,8 +36,10 @@ def locked(path: Path, busy: str, *, shared: bool = False, patience: float = 1.0
 
 
 def is_locked(path: Path) -> bool:
-    """Return whether somebody holds the lock of the file at ``path``."""
+    """Return whether somebody holds the lock of the file at ``path``, if it is one."""
     try:
+        if not path.is_file():
+            return False
         with path.open("rb") as file:
             return not _take(file, shared=True)
     except OSError:
@@ -45,6 +47,8 @@ def is_locked(path: Path) -> bool:
 
 
 def _open(path: Path) -> IO[bytes]:
+    if path.exists() and not path.is_file():
+        raise OutputError(f"cannot lock {path}: it is not a file; remove it")
     try:
         return path.open("ab")
     except OSError as error:

@@ -1,9 +1,13 @@
-"""Names of agents and tasks, which may be paths or module:factory, fitted into narrow columns."""
+"""Names of agents and tasks, which may be paths or module:factory, made to fit into narrow columns and file names."""
 
 import re
+from hashlib import sha256
 
 WIDTH = 24
 """Letters of a line, where there is room."""
+
+LONGEST = 100
+"""Letters of a file's name."""
 
 _PIECE = re.compile(r"[^-/:._ ]*[-/:._ ]?")
 
@@ -21,6 +25,14 @@ def folded(name: str, width: int = WIDTH) -> str:
 def indented(name: str) -> str:
     """Return a name folded, every line below the heading of its group."""
     return "\n".join(f"  {line}" for line in folded(name).splitlines())
+
+
+def file_name(name: str) -> str:
+    """Return a name that any folder can hold and that lies in no other; different names have different ones."""
+    plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)
+    if plain == name and len(name) <= LONGEST:
+        return plain
+    return f"{plain[-60:]}-{sha256(name.encode()).hexdigest()[:8]}"
 
 
 def _pieces(name: str, width: int) -> list[str]:

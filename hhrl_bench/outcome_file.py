@@ -26,7 +26,8 @@ def keep_outcome(path: Path, make: Callable[[], TimedResult], agent: str, task: 
     """Return the outcome in a file, or the one that ``make`` makes anew, which is then written there.
 
     It is made anew where there is none, where it was made by other code, where ``agent`` has other checkpoints now, and
-    where the store lacks some of its files or they are damaged. An agent that is the user's own code is always scored anew.
+    where the store lacks some of its files or holds damaged ones. An agent that is the user's own code is always scored
+    anew.
     """
     known = _read(path)
     if known and known.code_sha256 == code_sha256() and _still_holds(known.outcome.result, agent, task, store):

@@ -29,7 +29,7 @@ class RayPool:
         require("ray", "ray")
         import ray  # noqa: PLC0415
 
-        if address is not None:
+        if address and address not in {"auto", "local"}:
             _require_listener(address)
         try:
             ray.init(address, log_to_driver=False, logging_level="ERROR")

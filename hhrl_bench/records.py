@@ -236,6 +236,8 @@ _WORDING = {
     "Value error, ": "",
     "Field required": "is missing; add it",
     "Extra inputs are not permitted": "is not known; leave it out",
+    "Input should be less": "write a number less",
+    "Input should be greater": "write a number greater",
     "Input should be ": "write ",
     "String should have ": "write a string with ",
     "String should match ": "write a string that matches ",

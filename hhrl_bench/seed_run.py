@@ -17,6 +17,22 @@ class SeedRun:
     best: int | None = None
     failed: str | None = None
 
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> "SeedRun":
+        """Return the run that has been saved as these JSON data.
+
+        Raises:
+            LookupError, TypeError, ValueError: if that cannot be.
+        """
+        run = cls(**data)
+        for row in run.curve:
+            int(row["updates"])
+            if row["validation"] is not None:
+                tuple(map(float, _score(row)))
+        if run.best is not None and run.curve[run.best]["validation"] is None:
+            raise ValueError(f"the best report of seed {run.seed} has no validation")
+        return run
+
     @property
     def updates(self) -> int:
         """Gradient steps at the last report."""

@@ -5,7 +5,9 @@ from numpy.typing import NDArray
 
 from hhrl_bench.metrics import FloatArray
 from hhrl_envs import Outcome
-from hhrl_envs.observation import D_F, V_E, V_F
+
+LONGEST_TTC = 10.0
+"""Seconds; a longer time to collision counts as that: how much longer says nothing about danger."""
 
 
 class Severity:
@@ -16,14 +18,19 @@ class Severity:
         self._impact_speed = np.full(rows, np.nan)
         self._gap, self._ttc = np.full((2, rows), np.inf)
 
-    def add(self, measured: FloatArray, running: NDArray[np.bool_], outcomes: NDArray[np.int8]) -> None:
-        """Return nothing; add the true states [B, 11] after a step of the episodes that were ``running`` [B] before."""
-        gap, closing = measured[:, D_F], measured[:, V_E] - measured[:, V_F]
+    def add(
+        self, road: FloatArray, closing: FloatArray, running: NDArray[np.bool_], outcomes: NDArray[np.int8]
+    ) -> None:
+        """Return nothing; add a step of the episodes that were ``running`` [B] before; outcomes [B] are those after it.
+
+        road, closing: true free road to the front vehicle, and how fast it closes, [B] each.
+        """
+        gap = np.maximum(road, 0.0)
         seen = running & (gap < self._front_range)
         self._gap = np.where(seen, np.minimum(self._gap, gap), self._gap)
         nearing = seen & (closing > 0.0)
         ttc = np.divide(gap, closing, out=np.full_like(gap, np.inf), where=nearing)
-        self._ttc = np.minimum(self._ttc, ttc)
+        self._ttc = np.minimum(self._ttc, np.where(nearing, np.minimum(ttc, LONGEST_TTC), np.inf))
         hit = running & (outcomes == Outcome.COLLISION)
         self._impact_speed[hit] = closing[hit]
 

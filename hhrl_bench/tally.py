@@ -35,7 +35,7 @@ class Tally:
         self._unsmooth += running & (terms[:, rewards.UNSMOOTH] < 0.0)
         self._unsafe -= np.where(running, terms[:, rewards.UNSAFE_SSL] + terms[:, rewards.UNSAFE_FFV], 0.0)
         first, rows = self._stage.slots[0], slice(None, None, len(self._stage.slots))
-        self._severity.add(simulator.measured(first), running[rows], results.outcomes[rows])
+        self._severity.add(*simulator.ahead(first), running[rows], results.outcomes[rows])
 
     def records(self, seeds: UInt64Array) -> EpisodeRecords:
         """Return the records of the episodes, which are over, of worlds ``seeds`` uint64 [B]."""

@@ -52,6 +52,13 @@ def join(parts: Sequence[Trace], length: int) -> Trace:
     return Trace(steps[:length], options[:end], actions[:end])
 
 
+def episode_of(trace: Trace, episode: int) -> Trace:
+    """Return one episode of a trace."""
+    end = int(trace.steps[: episode + 1].sum())
+    steps = slice(end - int(trace.steps[episode]), end)
+    return Trace(trace.steps[episode : episode + 1], trace.options[steps], trace.actions[steps])
+
+
 class Recording:
     """An agent that decides for N rows what a trace says, whatever it sees; after the end of an episode, nothing."""
 

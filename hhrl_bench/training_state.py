@@ -8,6 +8,7 @@ import json
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from math import inf
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -23,6 +24,9 @@ from hhrl_envs.state import State
 FORMAT, FORMAT_VERSION, CHECKSUM = "hhrl-training", 1, "crc32"
 COST_SHARE = 20
 """A state is saved when this many times the time that saving took last has gone by."""
+
+_UNREADABLE = (AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError)
+"""What numpy, json and the parts of a state raise where something is not as it was written."""
 
 
 class TrainingState(NamedTuple):
@@ -60,8 +64,10 @@ class StateFile:
             learner, header = self._read()
             if header["config"] != self._config or [run["seed"] for run in header["runs"]] != list(seeds):
                 raise self._refusal("is of another configuration or of other seeds")
-            return TrainingState(learner, [SeedRun(**run) for run in header["runs"]], header["seconds"])
-        except (SafetensorError, OSError, KeyError, TypeError, json.JSONDecodeError) as error:
+            return TrainingState(learner, [SeedRun.of(run) for run in header["runs"]], _seconds(header["seconds"]))
+        except OutputError:
+            raise
+        except (SafetensorError, OSError, *_UNREADABLE) as error:
             raise self._refusal("is damaged, or of another version") from error
 
     def refuse_learner(self, error: Exception) -> OutputError:
@@ -84,12 +90,19 @@ class StateFile:
             metadata = file.metadata() or {}
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
         header = dict(json.loads(metadata[FORMAT]))
+        json.dumps(header, allow_nan=False)  # a ValueError, where curves hold what can be written nowhere
         if metadata[CHECKSUM] != _checksum(arrays, metadata[FORMAT]) or header["format_version"] != FORMAT_VERSION:
             raise self._refusal("is damaged, or of another version")
         return arrays, header
 
     def _refusal(self, why: str) -> OutputError:
         return OutputError(f"cannot resume: {self._path} {why}; train in another folder with --out")
+
+
+def _seconds(value: float) -> float:
+    if not 0.0 <= value < inf:
+        raise ValueError(f"a training has taken {value} s")
+    return value
 
 
 def _checksum(arrays: State, header: str) -> str:

@@ -4,19 +4,19 @@ A unit that trains keeps everything in a run directory of its own, so that a sto
 unit is a file, so that a finished one is not done again.
 """
 
-import re
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from hhrl_bench.loading import load_agents
+from hhrl_bench.names import file_name
 from hhrl_bench.outcome_file import keep_outcome
 from hhrl_bench.progress import Update, silent
 from hhrl_bench.records import TimedResult
 from hhrl_bench.results import evaluate_agent
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
-from hhrl_bench.store import Store, sha256_of
+from hhrl_bench.store import Store
 from hhrl_bench.tasks import Task
 from hhrl_envs import get_scenario
 from hhrl_envs.extras import require
@@ -63,7 +63,7 @@ class Evaluation:
 
     def run(self, update: Update = silent) -> TimedResult:
         """Return the result on the task's first test episodes."""
-        path = self.folder / _file_name(self.agent) / self.task.id / OUTCOME.format(self.episodes)
+        path = self.folder / file_name(self.agent) / self.task.id / OUTCOME.format(self.episodes)
         return keep_outcome(path, lambda: self._score(update), self.agent, self.task, Store(self.folder))
 
     def _score(self, update: Update) -> TimedResult:
@@ -156,9 +156,3 @@ def _trained(plan: "Plan", name: str, episodes: int, store: Store, update: Updat
         return TimedResult(result=result, seconds=seconds)
 
     return keep_outcome(plan.folder / OUTCOME.format(episodes), score, source, plan.task, store)
-
-
-def _file_name(agent: str) -> str:
-    """Return a folder's name for an agent, whose own name may be a path or hold a colon."""
-    plain = re.sub(r"[^A-Za-z0-9_-]", "_", agent)
-    return plain if plain == agent else f"{plain[-60:]}-{sha256_of(agent.encode())[:8]}"

@@ -29,7 +29,7 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
         InputError: in one line, for anything that cannot be played or written.
     """
     path = Path(out)
-    draw = _artist(path)
+    draw = artist(path)
     require_writable(path)
     moments = record(agent, get_task(task), episode, option)
     write_atomically(path, draw(moments))
@@ -43,10 +43,15 @@ def record(agent: Agent, task: Task, episode: int, option: Option | None = None)
     """
     if episode < 0:
         raise SeedError(f"episode is {episode}; write the number of a test episode, 0 or more")
-    row, cast = episode % BATCH_ROWS, evaluation_cast(task)
-    stage = Stage(agent, get_scenario(task.scenario), BATCH_ROWS, option, cast)
+    row = episode % BATCH_ROWS
+    stage = Stage(agent, get_scenario(task.scenario), BATCH_ROWS, option, evaluation_cast(task))
     stage.begin(task.test.take(BATCH_ROWS, offset=episode - row))
-    simulator, ego = stage.simulator, row * len(cast.slots)
+    return moments_of(stage, row)
+
+
+def moments_of(stage: Stage, row: int) -> list[Moment]:
+    """Return every moment of one row of a stage, on which all rows have just begun, until its outcome."""
+    simulator, ego = stage.simulator, row * len(stage.slots)
     moments: list[Moment] = []
     while (simulator.agent_outcomes[row] == Outcome.RUNNING).any():
         decision = stage.decide()
@@ -55,7 +60,7 @@ def record(agent: Agent, task: Task, episode: int, option: Option | None = None)
     return [*moments, moment_of(simulator, row, int(decision.option[ego]))]
 
 
-def _artist(path: Path) -> Callable[[Sequence[Moment]], bytes]:
+def artist(path: Path) -> Callable[[Sequence[Moment]], bytes]:
     """Return the function that draws what the suffix of ``path`` asks for."""
     if path.suffix.lower() not in {".gif", ".png"}:
         raise OutputError(f"cannot draw {path.name!r}; write a name that ends in .gif or .png")

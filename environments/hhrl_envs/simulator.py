@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
-from hhrl_envs import observation
 from hhrl_envs.advancing import BEGIN, MOVE_AND_SHOW, SHOW, advance_rows
 from hhrl_envs.arguments import as_count, as_learned_fronts, as_scenario
 from hhrl_envs.beginning import BEGUN, EPISODE, SEED, decide_rows
@@ -144,11 +143,15 @@ class Simulator:
         terms = self._memory.of_agent(agent, at.TERMS, at.TERMS_SIZE)
         return Results(frame.all_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes, terms)
 
-    def measured(self, agent: int) -> Floats:
-        """Return the true state of one agent, in SI units and without noise, float64 [B, 11]; see ``observation``."""
+    def ahead(self, agent: int) -> tuple[Floats, Floats]:
+        """Return the free road [m] to the vehicle ahead of an agent, and how fast it closes [m/s], float64 [B] each.
+
+        They are the truth, whatever the sensors see; without a vehicle the road is hundreds of kilometres long.
+        """
         self._require_reset()
         _require_index("agent", agent, self.num_agents)
-        return self._memory.of_agent(agent, at.MEASURED, observation.SIZE)
+        own, front = (self._memory.of_agent(slot, at.POSITION, 2).T for slot in (agent, agent + 1))
+        return front[0] - self.scenario.vehicle.length - own[0], own[1] - front[1]
 
     def reset(self, seeds: ArrayLike) -> None:
         """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,10 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hhrl_agents.files import OutputError
-from hhrl_bench.board import Board, StudyStatus, UnitStatus, one_line
+from hhrl_bench.board import Board, StudyStatus, UnitStatus
 from hhrl_bench.errors import RecordError
 from hhrl_bench.locks import is_locked, locked
 from hhrl_bench.overseer import Overseer
+from hhrl_envs.errors import one_line
 from support.command_line import invoke
 
 STUDY = StudyStatus(study="tiny", executor="local", started="2026-01-01T00:00:00+00:00", units=("a", "b on c", "../d"))
@@ -152,6 +154,27 @@ def test_what_is_no_file_is_refused_without_waiting_for_it(board: Board) -> None
     refuse(board, "no suite was run in")
     os.mkfifo(board.folder / "study.json")
     refuse(board, "is not a file")
+
+
+@pytest.mark.parametrize("name", ["study.json", "run.lock", "workers.lock", "a.unit.json"])
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["fifo", "folder"])
+def test_a_run_refuses_a_folder_in_which_it_cannot_write(name: str, make: Callable[[Path], None], board: Board) -> None:
+    path = board.folder / name
+    path.unlink(missing_ok=True)
+    make(path)
+    if name == "a.unit.json" and path.is_fifo():
+        with board.opened(STUDY):
+            assert not path.exists()
+        return
+    with pytest.raises(OSError if name == "a.unit.json" else OutputError), board.opened(STUDY):
+        pass
+
+
+def test_a_board_in_the_place_of_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "progress").write_text("mine")
+    with pytest.raises(OutputError, match="cannot write"), Board(tmp_path / "progress").opened(STUDY):
+        pass
+    assert (tmp_path / "progress").read_text() == "mine"
 
 
 def test_a_unit_s_file_in_another_s_place_is_refused(board: Board) -> None:

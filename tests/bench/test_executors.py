@@ -22,8 +22,8 @@ AGENTS = ("rule-1", "rule-4", "rule-plus")
 TWO = Execution(workers=2)
 
 
-def run(units: Sequence[Unit], execution: Execution = TWO) -> dict[str, Done]:
-    with execution.pool() as pool:
+def run(units: Sequence[Unit], execution: Execution = TWO, board: Board | None = None) -> dict[str, Done]:
+    with execution.pool(board) as pool:
         done = list(run_units(units, pool))
     assert sorted(one.unit.name for one in done) == sorted(unit.name for unit in units)
     return {one.unit.name: one for one in done}
@@ -35,9 +35,9 @@ def failures(done: Mapping[str, Done]) -> dict[str, str]:
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_units_are_done_once_and_failures_are_kept_apart(workers: int, tmp_path: Path) -> None:
-    told = {"one": "", "two": "refuses", "three": "breaks", "four": ""}
+    told = {"one": "", "two": "refuses", "three": "breaks", "fo\nur\x1b": ""}
     units = [Told(name, tmp_path, what) for name, what in told.items()]
-    assert failures(run(units, Execution(workers=workers))) == {
+    assert failures(run(units, Execution(workers=workers), Board(tmp_path))) == {
         "two": "cannot; write what can",
         "three": "ZeroDivisionError: of ours",
     }

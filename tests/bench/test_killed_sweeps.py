@@ -5,6 +5,7 @@ import resource
 import signal
 import subprocess
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -76,3 +77,27 @@ def test_a_second_run_in_the_same_folder_is_one_line_and_exit_code_2(tmp_path: P
     assert code == 2
     assert said.splitlines()[-1].startswith(f"hhrl-bench: another run works in {tmp_path / 'work'};")
     assert len([line for line in said.splitlines() if "compiling" not in line]) == 1
+
+
+def test_an_interrupt_is_one_line_and_leaves_no_worker(tmp_path: Path) -> None:
+    with start("four", tmp_path, "--workers", "2", start_new_session=True) as driver:
+        while not list((tmp_path / "work").rglob("*.unit.json")):
+            assert driver.poll() is None
+            time.sleep(0.05)
+        assert workers_of(driver.pid)
+        os.killpg(driver.pid, signal.SIGINT)  # as a terminal does it: the workers hear of it too
+        _, said = driver.communicate()
+    assert driver.returncode == 130
+    assert said.splitlines()[-1] == "hhrl-bench: interrupted; what was not finished was not written"
+    assert "Traceback" not in said
+    assert not workers_of(driver.pid)
+
+
+def workers_of(group: int) -> list[bytes]:
+    """Return the commands of the worker processes of a process group."""
+    commands = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if os.getpgid(int(process.name)) == group:
+                commands.append((process / "cmdline").read_bytes())
+    return [command for command in commands if b"spawn_main" in command]

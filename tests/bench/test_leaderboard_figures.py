@@ -8,6 +8,7 @@ from matplotlib.patches import Rectangle
 
 from hhrl_bench.agent_style import lines
 from hhrl_bench.figures import style
+from hhrl_bench.leaderboard import write
 from hhrl_bench.leaderboard_figures import save_leaderboard_figures
 from hhrl_bench.paper import TABLE_I
 from hhrl_bench.store import Store
@@ -15,7 +16,9 @@ from hhrl_bench.table_one_figure import RATES, counterparts, draw_table_one
 from hhrl_bench.training_curves_figure import draw_training_curves
 from hhrl_bench.training_records import TrainingOutcomesRecord
 from support.boards import board, rules
+from support.command_line import invoke
 from support.trainings import STEPS, training
+from support.whole_board import whole_board
 
 LOW, HIGH = (0.0, 0.2, 0.4, 0.6), (0.0, 0.6, 0.9, 1.0)
 
@@ -102,8 +105,12 @@ def test_many_trainings_have_a_figure_a_method(tmp_path: Path) -> None:
 
 
 def test_one_agent_without_curves_has_nothing_to_draw(tmp_path: Path) -> None:
-    lonely = board(rules()[:1])
+    nothing = {"comparisons": (), "trainings": (), "trainings_sha256": (), "efficiency": (), "transfer": None}
+    lonely = whole_board().model_copy(update={"results": whole_board().results[:1], **nothing})
     assert save_leaderboard_figures(lonely, STORE, tmp_path / "new") == []
+    write(lonely, tmp_path / "a.json")
+    said = invoke("figures", str(tmp_path / "a.json"), "--out", str(tmp_path / "new"))
+    assert (said.exit_code, "one agent a task and no curves: nothing to draw" in said.stderr) == (2, True)
     assert not (tmp_path / "new").exists()
 
 

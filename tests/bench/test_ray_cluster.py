@@ -14,10 +14,13 @@ from typing import NamedTuple
 
 import pytest
 
-from hhrl_bench.board import Board, UnitStatus
+from hhrl_bench.board import Board, StudyStatus, UnitStatus
 from hhrl_bench.errors import RecordError
+from hhrl_bench.executors import ATTEMPTS, Execution, run_units
+from hhrl_bench.overseer import Overseer
+from hhrl_bench.progress import silent
 from support.sweeps import environment, finish, results, start
-from support.told import is_running
+from support.told import Told, is_running
 
 pytest.importorskip("ray", reason="ray is not installed; run: make cluster")
 
@@ -126,6 +129,23 @@ def test_a_driver_that_is_killed_leaves_no_task_and_its_run_goes_on(cluster: Clu
     )
     assert code == 0, said
     assert len(list(tmp_path.rglob("result-*.json"))) == 4
+
+
+def test_ray_and_processes_tell_the_same_faults(tmp_path: Path) -> None:
+    told = {"a": "", "b": "dies once", "c": "dies", "d": "refuses", "e": "breaks", "f": "hangs", "g": "hangs once"}
+    units = [Told(name, tmp_path, what) for name, what in told.items()]
+    board = Board(tmp_path / "progress")
+    study = StudyStatus(study="faults", executor="ray", started="", units=tuple(told))
+    with board.opened(study), Execution("ray", address="local").pool(board) as pool:
+        overseer = Overseer(board, silent, patience=20.0)
+        done = {one.unit.name: one for one in run_units(units, pool, overseer)}
+    assert {name for name, one in done.items() if one.outcome} == {"a", "b", "g"}
+    given_up = f"given up after {ATTEMPTS} attempts: "
+    assert done["c"].failure.startswith(f"{given_up}its node or process was lost")
+    assert done["d"].failure == "cannot; write what can"
+    assert done["e"].failure == "ZeroDivisionError: of ours"
+    assert done["f"].failure == f"{given_up}it said nothing for longer than --unit-timeout allows"
+    assert [unit.begun() for unit in units] == [1, 2, ATTEMPTS, 1, 1, ATTEMPTS, 2]
 
 
 def test_no_cluster_is_one_line(tmp_path: Path) -> None:

@@ -12,7 +12,9 @@ from support.command_line import invoke
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "environments/README.md")
-SLOW = tuple(f"hhrl-bench {verb}" for verb in ("train", "run", "evaluate runs/", "leaderboard", "transfer", "figures"))
+SLOW = tuple(
+    f"hhrl-bench {verb}" for verb in ("train", "run", "evaluate runs/", "leaderboard", "transfer", "figures", "report")
+)
 
 
 def blocks(page: str, language: str) -> list[str]:
@@ -53,7 +55,7 @@ def test_documentation_holds_the_commands_it_promises() -> None:
     verbs = {line.split()[1] for line in commands()}
     assert verbs == {
         "list", "evaluate", "watch", "run", "leaderboard", "train", "calibrate", "analyse", "robustness", "transfer",
-        "figures", "sigma",
+        "figures", "report", "sigma",
     }  # fmt: skip
 
 

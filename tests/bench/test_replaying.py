@@ -1,9 +1,11 @@
 """A trace, played again, comes to the same episodes to the last bit, whoever decided and on whatever task."""
 
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from hhrl_agents import RULES, Decision
 from hhrl_bench.episodes import EpisodeRecords
@@ -74,7 +76,7 @@ def test_the_worlds_are_those_of_the_trace_and_in_its_order() -> None:
     np.testing.assert_array_equal(again.seed, seeds[::-1])
 
 
-def changed(of: Played, **parts: object) -> Evidence:
+def changed(of: Played, **parts: Any) -> Evidence:
     kept = evidence(of)
     return kept._replace(trace=kept.trace._replace(**parts))
 
@@ -124,10 +126,10 @@ def test_a_trace_holds_what_was_decided_as_long_as_the_episode_ran() -> None:
     seen: list[Decision] = []
 
     class Listening:
-        def reset(self, mask: np.ndarray) -> None:  # type: ignore[type-arg]
+        def reset(self, mask: NDArray[np.bool_]) -> None:
             rule.reset(mask)
 
-        def act(self, observations: np.ndarray) -> Decision:  # type: ignore[type-arg]
+        def act(self, observations: NDArray[np.float32]) -> Decision:
             seen.append(rule.act(observations))
             return seen[-1]
 

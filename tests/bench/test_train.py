@@ -229,5 +229,5 @@ def test_a_checkpoint_that_lies_about_its_training_is_refused(run: Path, monkeyp
     assert isinstance(loaded.agent, LearnedAgent)
     monkeypatch.setitem(loaded.agent.metadata, "seed", "seven")
     monkeypatch.setattr("hhrl_agents.checkpoints.load", lambda _: loaded.agent)
-    with pytest.raises(AgentError, match="seed: Input should be a valid integer"):
+    with pytest.raises(AgentError, match="seed: write a valid integer"):
         load_agents(run / "seed-0.safetensors", SCENARIO)

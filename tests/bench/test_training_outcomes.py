@@ -116,8 +116,11 @@ def test_equal_trainings_give_equal_files(tmp_path: Path) -> None:
         ({}, "holds no learning curves"),
         ({0: []}, "holds no learning curves"),
         ({0: [FIRST, THEN], 1: [THEN]}, "the reports of seed 1 in .* at other env steps"),
-        ({0: [FIRST, {"env_steps": 1}]}, r"line 2 of .*jsonl is no report: episodes: Field required \(and 1 more\)"),
-        ({0: [{**FIRST, "validation": {**RATES, "success": 2.0}}]}, "validation.success: Input should be less"),
+        (
+            {0: [FIRST, {"env_steps": 1}]},
+            r"line 2 of .*jsonl is no report: episodes: is missing; add it \(and 1 more\)",
+        ),
+        ({0: [{**FIRST, "validation": {**RATES, "success": 2.0}}]}, "validation.success: write a number less"),
         ({0: [{**FIRST, "validation": {**RATES, "success": 1.0}}]}, "curves in .* are damaged: .* add up to at most 1"),
         ({0: [THEN, FIRST]}, "are damaged: .* its env steps ascend"),
     ],

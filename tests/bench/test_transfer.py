@@ -13,7 +13,7 @@ from hhrl_agents.files import OutputError  # noqa: E402
 from hhrl_agents.learned import LearnedAgent  # noqa: E402
 from hhrl_bench import leaderboard  # noqa: E402
 from hhrl_bench import train as training  # noqa: E402
-from hhrl_bench.errors import AgentError  # noqa: E402
+from hhrl_bench.errors import AgentError, CurveError  # noqa: E402
 from hhrl_bench.evaluation import play  # noqa: E402
 from hhrl_bench.leaderboard_record import LeaderboardRecord  # noqa: E402
 from hhrl_bench.run_directory import RunDirectory  # noqa: E402
@@ -270,10 +270,13 @@ def test_a_seed_that_failed_succeeds_no_more(tmp_path: Path) -> None:
     from hhrl_bench.running import _arm_curves  # noqa: PLC0415
 
     run = RunDirectory(tmp_path)
-    run.write_curve(0, [{"env_steps": k, "validation": {"success": 0.5}} for k in (0, 10, 20)])
-    run.write_curve(1, [{"env_steps": 0, "validation": {"success": 1.0}}, {"env_steps": 10, "validation": None}])
-    curves = _arm_curves(run, (0, 1))
+    (tmp_path / "config.json").write_text(json.dumps({"method": {"id": "ddqn"}, "task": "stop-line-v0"}))
+    half, whole = ({"success": rate, "timeout": 0.0, "not_stop": 0.0, "collision": 0.0} for rate in (0.5, 1.0))
+    run.write_curve(0, [{"env_steps": k, "episodes": {}, "validation": half} for k in (0, 10, 20)])
+    rows = ((0, whole), (10, None))
+    run.write_curve(1, [{"env_steps": k, "episodes": {}, "validation": rates} for k, rates in rows])
+    curves = _arm_curves(tmp_path, (0, 1))
     assert curves.env_steps == (0, 10, 20)
     assert curves.success == ((0.5, 0.5, 0.5), (1.0, 0.0, 0.0))
-    with pytest.raises(OutputError, match="cannot read the learning curve"):
-        _arm_curves(run, (0, 2))
+    with pytest.raises(CurveError, match="cannot read the learning curve"):
+        _arm_curves(tmp_path, (0, 2))

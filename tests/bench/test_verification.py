@@ -1,7 +1,10 @@
 """Verification: whatever is changed in an entry or its files is found, and the place is named."""
 
+import contextlib
 import json
+import re
 import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,22 +13,37 @@ import pytest
 
 pytest.importorskip("torch")
 
-from hhrl_bench import leaderboard
+from hhrl_bench import censored, comparisons, leaderboard, statistics
 from hhrl_bench.differences import Finding
+from hhrl_bench.episodes import EpisodeRecords
+from hhrl_bench.evaluation import Played
+from hhrl_bench.evidence import Evidence, pack, unpack
 from hhrl_bench.level import Level
 from hhrl_bench.store import Store
 from hhrl_bench.verification import verify
 from hhrl_envs.errors import InputError
 from support import small_board
-from support.mutations import Place, at, leaves, other, put, spelt
+from support.command_line import invoke
+from support.mutations import Place, at, leaves, other, put
 
 LEVELS = (Level.RECOMPUTED, Level.REPLAYED)
+
+NOT_KEPT = ("return_task", "return_option", "return_action", "unsafe", "impact_speed", "smallest_gap", "smallest_ttc")
 
 UNPROVABLE = {
     "suite": "a name of the entry's own; to submit it, its tasks and agents have to be that suite's",
     "provenance": "what may differ between two runs: the clock, the machine, the versions",
 }
 """What nothing else in an entry says, and so nothing can prove."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_resamples() -> Iterator[None]:
+    """Intervals that are quicker to compute, and as easily changed."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (statistics, comparisons, censored):
+            patch.setattr(module, "RESAMPLES", 99)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -60,19 +78,169 @@ def complaint(path: Path) -> str:
     return ""
 
 
-def names(said: str, place: Place) -> bool:
-    """Return whether a complaint names a place, or that of a number that was computed from it, in the same part."""
-    return any(line.startswith(_parts(place)) for line in said.splitlines()) or spelt(place) in said
+COMPUTED = {"results": "comparisons", "tasks": "results", "trainings": "efficiency"}
+"""Where a number of each part of an entry is used for others."""
 
 
-def _parts(place: Place) -> tuple[str, ...]:
+def names(said: str, place: Place, value: object) -> bool:
+    """Return whether a complaint names a place, what stands there now, or a part that was computed from it."""
     top = str(place[0])
-    if top == "results":
-        return (f"results[{place[1]}]",)
-    return {"trainings": ("trainings", "efficiency"), "transfer": ("transfer",)}.get(top, (top,))
+    own = f"{top}[{place[1]}]" if top in {"results", "tasks"} else top
+    lines = said.splitlines()
+    if any(line.startswith((own, COMPUTED.get(top, own))) for line in lines):
+        return True
+    return ".".join(map(str, place[:2])) in said or (isinstance(value, str) and value in said)
 
 
 @pytest.mark.parametrize("level", Level)
 def test_what_was_published_holds(published: Path, level: Level) -> None:
     assert findings(published, level) == []
     assert list(leaderboard.respelt(published, leaderboard.read(published))) == []
+
+
+def drawn(data: Any, count: int, seed: int) -> list[Place]:
+    """Return that many places of an entry of which something can be proved, some of every part."""
+    rng = np.random.default_rng(seed)
+    places = [place for place in leaves(data) if place[0] not in UNPROVABLE]
+    parts = [[place for place in places if place[0] == part] for part in dict.fromkeys(place[0] for place in places)]
+    some = [part[i] for part in parts for i in rng.choice(len(part), min(2, len(part)), replace=False)]
+    return [*some, *(places[i] for i in rng.choice(len(places), count, replace=False))]
+
+
+def test_any_changed_leaf_is_found_and_named(path: Path, data: Any) -> None:
+    rng = np.random.default_rng(0)
+    for place in drawn(data, count=25, seed=1):
+        value = other(at(data, place), rng)
+        path.write_text(json.dumps(put(data, place, value)))
+        said = complaint(path)
+        assert said, f"{place} changed to {value!r} was not found"
+        assert names(said, place, value), f"{place} changed to {value!r}: {said}"
+
+
+def test_any_changed_leaf_of_a_transfer_is_found_and_named(path: Path) -> None:
+    leaderboard.write(small_board.with_transfer(leaderboard.read(path)), path)
+    assert findings(path) == []
+    data, rng = json.loads(path.read_text()), np.random.default_rng(3)
+    places = [place for place in leaves(data) if place[0] in {"transfer", "checkpoints_published"}]
+    for index in rng.choice(len(places), 15, replace=False):
+        value = other(at(data, places[index]), rng)
+        path.write_text(json.dumps(put(data, places[index], value)))
+        assert names(complaint(path), places[index], value), f"{places[index]} changed to {value!r}: {complaint(path)}"
+
+
+def test_of_checkpoints_that_are_not_published_nothing_is_proved(path: Path) -> None:
+    """An entry of a transfer says so itself; its command trains them again."""
+    leaderboard.write(small_board.with_transfer(leaderboard.read(path)), path)
+    data = json.loads(path.read_text())
+    path.write_text(json.dumps(put(data, ("results", 1, "runs", 0, "checkpoint_sha256"), "0" * 64)))
+    assert complaint(path) == ""
+
+
+def test_what_cannot_be_proved_is_known(path: Path, data: Any) -> None:
+    for place in (("suite",), ("provenance", "command"), ("provenance", "hardware", "cores")):
+        path.write_text(json.dumps(put(data, place, 77 if place[-1] == "cores" else "other")))
+        assert place[0] in UNPROVABLE
+        assert complaint(path) == ""
+
+
+def test_digits_that_change_no_number_are_found(path: Path) -> None:
+    text = path.read_text()
+    number = next(line for line in text.splitlines() if '"mean": 0.' in line)
+    path.write_text(text.replace(number, number.rstrip(",") + "0" * 20 + ("," if number.endswith(",") else "")))
+    board = leaderboard.read(path)
+    assert list(verify(board, Store(path.parent), Level.RECOMPUTED)) == []
+    (finding,) = leaderboard.respelt(path, board)
+    assert finding.place.startswith("line ")
+
+
+def test_any_changed_byte_of_a_file_is_found_and_named(path: Path) -> None:
+    rng = np.random.default_rng(2)
+    files = sorted(file for file in path.parent.rglob("*") if file.suffix in {".gz", ".safetensors"})
+    for file in rng.choice(np.array(files, object), 5, replace=False):
+        whole = file.read_bytes()
+        flipped = bytearray(whole)
+        flipped[rng.integers(len(whole))] ^= int(rng.integers(1, 256))
+        file.write_bytes(bytes(flipped))
+        said = [str(finding) for finding in findings(path, Level.RECOMPUTED)]
+        assert any(file.name in line and line.startswith("results[") for line in said)
+        file.write_bytes(whole)
+
+
+def replace_evidence(path: Path, data: Any, result: int, **arrays: Any) -> None:
+    """Give a result's first run evidence that differs in some arrays, under the hash of what it then is."""
+    store, place = Store(path.parent), ("results", result, "runs", 0, "evidence_sha256")
+    kept = unpack(store.evidence(at(data, place)).read_bytes())
+    path.write_text(json.dumps(put(data, place, store.add_evidence(repack(kept._replace(**arrays))))))
+
+
+def repack(kept: Evidence) -> bytes:
+    records = EpisodeRecords(
+        seed=np.empty(0, np.uint64),
+        outcome=kept.outcome,
+        steps=kept.trace.steps,
+        unsmooth=kept.unsmooth,
+        **dict.fromkeys(NOT_KEPT, np.empty(0)),
+    )
+    return pack(Played(records, kept.trace))
+
+
+def test_evidence_that_only_its_own_decisions_contradict_is_found(path: Path, data: Any) -> None:
+    """The order of the outcomes changes no mean, but the intervals of paired differences."""
+    kept = unpack(Store(path.parent).evidence(at(data, ("results", 0, "runs", 0, "evidence_sha256"))).read_bytes())
+    turned = kept.outcome[::-1].copy()
+    assert not np.array_equal(turned, kept.outcome)
+    replace_evidence(path, data, 0, outcome=turned)
+    said = [str(finding) for finding in findings(path)]
+    assert "results[0].runs[0].evidence_sha256: the outcome in it are not what the decisions in it come to" in said
+
+
+def test_a_held_option_that_was_not_held_is_found(path: Path, data: Any) -> None:
+    path.write_text(json.dumps(put(data, ("results", 0, "option"), "follow")))
+    assert [finding.place for finding in findings(path, Level.RECOMPUTED)] == ["results[0].option"]
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("tasks", 2, "opponent", "agent"), "trap:make"),
+        (("results", 4, "agent"), "trap:make"),
+        (("results", 5, "agent"), "trap:make"),
+    ],
+)
+def test_nothing_that_an_entry_names_is_executed(
+    path: Path, data: Any, place: Place, value: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "trap.py").write_text("from pathlib import Path\nPath('sprung').touch()\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    path.write_text(json.dumps(put(data, place, value)))
+    with contextlib.suppress(InputError):
+        assert findings(path, Level.RERUN)
+    assert not (tmp_path / "sprung").exists()
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+SPOILT = {
+    "truncated": lambda text: text[: len(text) // 2],
+    "of another version": lambda text: text.replace('"schema_version": 1', '"schema_version": 2', 1),
+    "nested": lambda text: text.replace('"suite": ', '"suite": ' + "[" * 100_000, 1),
+    "oversized": lambda text: text + " " * leaderboard.MAX_BYTES,
+    "escaping": lambda text: re.sub(r'"evidence_sha256": "[0-9a-f]{64}"', '"evidence_sha256": "../../escape"', text),
+    "a terminal's command": lambda text: text.replace('"suite": "', '"suite": "\\u001b[2J', 1),
+    "empty": lambda text: text[:0],
+}
+
+
+@pytest.mark.parametrize("spoil", SPOILT.values(), ids=SPOILT)
+@pytest.mark.parametrize("command", ["verify", "show", "submit"])
+def test_a_spoilt_entry_is_one_line_and_exit_code_2(path: Path, spoil: Callable[[str], str], command: str) -> None:
+    path.write_text(spoil(path.read_text()))
+    before = tree(path.parent.parent)
+    more = ["--name", "mine", "--folder", str(path.parent)] if command == "submit" else []
+    said = invoke("leaderboard", command, str(path), *more)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert len(said.stderr.splitlines()) == 1
+    assert tree(path.parent.parent) == before

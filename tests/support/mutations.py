@@ -30,7 +30,7 @@ def put(data: Any, place: Place, value: object) -> Any:
     """A copy of the data with this value at a place."""
     if not place:
         return value
-    changed = dict(data) if isinstance(data, dict) else list(data)
+    changed: Any = dict(data) if isinstance(data, dict) else list(data)
     changed[place[0]] = put(data[place[0]], place[1:], value)
     return changed
 
@@ -48,13 +48,14 @@ def other(value: Any, rng: np.random.Generator) -> Any:
         return not value
     if isinstance(value, str):
         return _other_digit(value, string.hexdigits[:16], rng)
-    changed = value
-    while changed == value:
+    for _ in range(100):
         try:
             changed = json.loads(_other_digit(json.dumps(value), string.digits, rng))
-        except ValueError:  # 0 may not lead, and an exponent may be too large
+        except ValueError:  # 0 may not lead
             continue
-    return changed
+        if changed != value:
+            return changed
+    return 1
 
 
 def _other_digit(text: str, digits: str, rng: np.random.Generator) -> str:

@@ -1,9 +1,13 @@
 """A small leaderboard that holds something of everything, for tests of what becomes of changed and damaged entries."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from hhrl_bench import leaderboard
+from hhrl_bench.arms import ArmName
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.outcome_file import OutcomeRecord
+from hhrl_bench.records import TimedResult
 from hhrl_bench.results import task_record
 from hhrl_bench.store import Store
 from hhrl_bench.tasks import get_task
@@ -27,26 +31,32 @@ TRAININGS = (
 )
 
 
-def publish(folder: Path) -> Path:
-    """Return the path of the leaderboard, published into ``folder/published``."""
+def publish(folder: Path, pairs: Sequence[tuple[str, str]] = PAIRS) -> Path:
+    """Return the path of the leaderboard of these agents and tasks, published into ``folder/published``."""
     store = Store(folder)
-    done = [Evaluation(agent, get_task(task), EPISODES, folder).run() for agent, task in PAIRS]
-    tasks = [task_record(get_task(task), EPISODES) for task in dict.fromkeys(task for _, task in PAIRS)]
-    board = leaderboard.build("small", tasks, done, "make it", store, trainings=TRAININGS)
+    done = [Evaluation(agent, get_task(task), EPISODES, folder).run() for agent, task in pairs]
+    tasks = [task_record(get_task(task), EPISODES) for task in dict.fromkeys(task for _, task in pairs)]
+    trainings = [one for one in TRAININGS if one.task in {task.id for task in tasks}]
+    board = leaderboard.build("small", tasks, done, "make it", store, trainings=trainings)
     path = folder / "published" / "small.json"
     path.parent.mkdir()
     leaderboard.publish(board, path, store)
     return path
 
 
-def read(path: Path) -> tuple[LeaderboardRecord, Store]:
-    """Return what was published, and the store beside it."""
-    return leaderboard.read(path), Store(path.parent)
+def outcome(path: Path) -> TimedResult:
+    """Return the outcome in the file of a unit that was done."""
+    return OutcomeRecord.model_validate_json(path.read_bytes()).outcome
+
+
+def with_transfer(board: LeaderboardRecord) -> LeaderboardRecord:
+    """Return a leaderboard as that of a transfer, whose checkpoints are not published."""
+    return board.model_copy(update={"transfer": _transfer(), "checkpoints_published": False, "methods": ()})
 
 
 def _transfer() -> TransferSetRecord:
     steps, seeds = (0, 100, 200), (0, 2)
-    arms = {
+    arms: dict[ArmName, ArmCurves] = {
         "scratch": ArmCurves(seeds, steps, ((0.0, 0.25, 0.95), (0.0, 0.3, 0.5))),
         "frozen-action": ArmCurves(seeds, steps, ((0.5, 0.95, 1.0), (0.25, 0.75, 0.94))),
         "zero-shot": ArmCurves(seeds, (0,), ((0.5,), (0.25,))),

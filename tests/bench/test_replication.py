@@ -1,0 +1,88 @@
+"""REPLICATION.md says of the paper suite what its published leaderboard holds."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hhrl_bench import leaderboard
+from hhrl_bench.comparisons import Runs, compare
+from hhrl_bench.records import MetricRecord
+from hhrl_bench.statistics import bootstrap_mean
+from hhrl_bench.transfer_metrics import Curve, area
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "REPLICATION.md").read_text()
+BOARD = leaderboard.read(ROOT / "leaderboards" / "paper.json")
+RESULTS = {result.agent: result.metrics for result in BOARD.results}
+AREAS = {
+    training.method: Runs(
+        training.method,
+        [np.array([area(Curve(training.env_steps, tuple(row)))]) for row in training.testing.array("success").tolist()],
+    )
+    for training in BOARD.trainings
+}
+ROWS = {"rule-1": "Rule 1", "rule-2": "Rule 2", "rule-3": "Rule 3", "rule-4": "Rule 4", "hybrid-hrl": "Hybrid HRL"}
+ADDED = {
+    ("hybrid reward", "hrl-0"): "hrl-1",
+    ("hierarchical replay", "hrl-1"): "hrl-2",
+    ("hierarchical replay", "hrl-3"): "hybrid-hrl",
+    ("attention", "hrl-1"): "hrl-3",
+    ("attention", "hrl-2"): "hybrid-hrl",
+    ("all three", "hrl-0"): "hybrid-hrl",
+    ("options and all three", "ddqn"): "hybrid-hrl",
+}
+
+
+def cells(first: str) -> list[str]:
+    """Return the other cells of the line of a table whose first cell begins so."""
+    (line,) = re.findall(rf"^\| {re.escape(first)} \| (.*) \|$", PAGE, re.MULTILINE)
+    return [cell.strip() for cell in str(line).split("|")]
+
+
+def said(metric: MetricRecord, digits: int, *, percent: bool = False) -> str:
+    assert metric.mean is not None
+    assert metric.low is not None
+    assert metric.high is not None
+    scale = 100.0 if percent else 1.0
+    low, high = (f"{bound * scale:.{digits}f}" for bound in (metric.low, metric.high))
+    high = "100" if percent and float(high) == 100.0 else high
+    return f"{metric.mean * scale:.{digits}f}{'%' * percent} ({low}, {high})"
+
+
+@pytest.mark.parametrize("agent", ROWS)
+def test_table_1(agent: str) -> None:
+    learned = agent == "hybrid-hrl"
+    rewards, unsafe, rates = (2, 2, 2) if learned else (1, 1, 1)
+    metrics = RESULTS[agent]
+    assert cells(f"{ROWS[agent]}, n = {'10' if learned else '1,000'}") == [
+        said(metrics.return_option, rewards),
+        said(metrics.return_action, rewards),
+        said(metrics.steps, 0),
+        said(metrics.unsmooth, 2),
+        said(metrics.unsafe, unsafe),
+        *(said(rate, rates, percent=True) for rate in (metrics.collision, metrics.not_stop, metrics.success)),
+    ]
+
+
+@pytest.mark.parametrize("method", AREAS)
+def test_the_variants(method: str) -> None:
+    (soon,) = (record for record in BOARD.efficiency if record.method == method)
+    assert soon.steps.median is not None
+    assert soon.low is not None
+    assert soon.high is not None
+    estimate = bootstrap_mean(np.concatenate(AREAS[method].values), np.random.default_rng(0), "bootstrap-seeds")
+    assert cells(f"`{method}`")[-3:] == [
+        said(RESULTS[method].success, 2, percent=True),
+        f"{soon.steps.median / 1000:.0f} ({soon.low / 1000:.0f}, {soon.high / 1000:.0f})",
+        f"{estimate.mean:.3f} ({estimate.low:.3f}, {estimate.high:.3f})",
+    ]
+
+
+@pytest.mark.parametrize(("part", "to"), ADDED)
+def test_what_each_part_adds(part: str, to: str) -> None:
+    difference = compare(
+        AREAS[ADDED[part, to]], AREAS[to], "stop-line-paper-v0", "area", np.random.default_rng(0)
+    ).difference
+    assert f"| {part} | `{to}` | {difference.mean:+.3f} ({difference.low:+.3f}, {difference.high:+.3f}) |" in PAGE

@@ -1,0 +1,155 @@
+"""What it costs to hand out units: two workers next to one, a unit's dispatch, and a driver of a thousand workers."""
+
+import heapq
+import resource
+import time
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+from benchmarks.systems import Report
+from hhrl_bench.attempts import Done, unit_status
+from hhrl_bench.board import Board, StudyStatus, UnitStatus
+from hhrl_bench.executors import run_units
+from hhrl_bench.local_pool import LocalPool
+from hhrl_bench.overseer import Overseer
+from hhrl_bench.progress import Update, silent
+from hhrl_bench.records import TimedResult
+from hhrl_bench.results import evaluate_agent
+from hhrl_bench.store import Store
+from hhrl_bench.study_view import StudyView
+from hhrl_bench.tasks import get_task
+from hhrl_bench.units import Training, Unit
+
+TASK = get_task("stop-line-v0")
+WORKERS, OFFERED = 1000, 220
+AnyUnit = TypeVar("AnyUnit", bound=Unit)
+
+
+@dataclass(frozen=True, slots=True)
+class Numbered(Training):
+    """A training of one seed, called by it."""
+
+    @property
+    def name(self) -> str:
+        """The method and the seed."""
+        return f"{self.method}, seed {self.seeds[0]}"
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A unit whose outcome is known."""
+
+    name: str
+    outcome: TimedResult
+
+    def check(self) -> None:
+        """Return nothing."""
+
+    def run(self, update: Update = silent) -> TimedResult:
+        """Return the outcome."""
+        return self.outcome
+
+
+class SimulatedPool:
+    """A thousand workers in the same process, each of which takes ``seconds`` a unit and says so on the board."""
+
+    def __init__(self, board: Board, seconds: float) -> None:
+        self._board, self._seconds = board, seconds
+        self._due: list[tuple[float, int]] = []
+        self._units: dict[int, Known] = {}
+        self._begun = 0
+        self.lags: list[float] = []
+
+    @property
+    def free(self) -> int:
+        """How many workers have nothing to do."""
+        return WORKERS - len(self._units)
+
+    @property
+    def running(self) -> Collection[Unit]:
+        """The units under way."""
+        return self._units.values()
+
+    def begin(self, unit: Unit) -> None:
+        """Return nothing; the first thousand begin one after the other, at the rate at which they will end."""
+        assert isinstance(unit, Known)
+        spread = self._seconds * self._begun / WORKERS if self._begun < WORKERS else 0.0
+        heapq.heappush(self._due, (time.monotonic() + self._seconds + spread, self._begun))
+        self._units[self._begun] = unit
+        self._begun += 1
+        self._board.write(UnitStatus(unit=unit.name, state="running", done=1, total=2, note="validation success 50%"))
+
+    def wait(self, seconds: float) -> Sequence[Done]:
+        """Return the units that are due."""
+        until = time.monotonic() + seconds
+        time.sleep(max(min(until, self._due[0][0]) - time.monotonic(), 0.0))
+        return list(self._ended(time.monotonic()))
+
+    def stop(self, unit: Unit, reason: str) -> None:
+        """Return nothing."""
+
+    def _ended(self, now: float) -> Iterator[Done]:
+        while self._due and self._due[0][0] <= now:
+            due, number = heapq.heappop(self._due)
+            unit = self._units.pop(number)
+            done = Done(unit, unit.outcome)
+            self._board.write(unit_status(done, 0.0))
+            self.lags.append(now - due)
+            yield done
+
+    def close(self) -> None:
+        """Return nothing."""
+
+
+def known(count: int) -> list[Known]:
+    outcome = TimedResult(result=evaluate_agent("rule-2", TASK, 3), seconds=5.0)
+    return [Known(f"unit {number}", outcome) for number in range(count)]
+
+
+def test_two_workers_next_to_one(tmp_path: Path, report: Report) -> None:
+    task = replace(TASK, env_steps=75_000)
+    seconds = []
+    for workers in (1, 2):
+        folder = tmp_path / str(workers)
+        units = [Numbered("ddqn", task, (seed,), 100, folder / str(seed), Store(folder)) for seed in range(8)]
+        seconds.append(timed(units, LocalPool(workers)))
+    said = [f"{one:.1f} s" for one in seconds]
+    report("8 trainings, 2 workers", said[1], "1 worker", said[0], f"{seconds[0] / seconds[1]:.2f}", ">= 1.8")
+
+
+def test_the_dispatch_of_a_unit(tmp_path: Path, report: Report) -> None:
+    pool, units = LocalPool(2, Board(tmp_path)), known(1002)
+    timed(units[:2], pool, close=False)
+    each = timed(units[2:], pool) / 1000
+    report("dispatch of a unit", f"{1000 * each:.2f} ms", "a unit of 10 s", "", f"{each / 10:.5f}", "< 0.01")
+
+
+def test_a_driver_of_a_thousand_workers(tmp_path: Path, report: Report) -> None:
+    board, units = Board(tmp_path / "progress"), known(WORKERS + 60 * OFFERED)
+    view = StudyView("simulated", len(units), say=lambda _: None)
+    pool = SimulatedPool(board, WORKERS / OFFERED)
+    ended, kilobytes, used = [], [], time.process_time()
+    with board.opened(StudyStatus(study="s", executor="ray", started="", units=tuple(unit.name for unit in units))):
+        for done in run_units(units, pool, Overseer(board, view.show, patience=600.0)):
+            view.ended(done)
+            ended.append(time.monotonic())
+            kilobytes.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    wall, lag = ended[-1] - ended[0], sorted(pool.lags)[int(0.99 * len(pool.lags))]
+    memory = [f"{kilobytes[number] // 1024} MiB" for number in (4000, -1)]
+    report("units a second", f"{len(units) / wall:.0f}", f"{WORKERS:,} workers offer", f"{OFFERED}", "", ">= 200")
+    report("driver's share of a core", f"{(time.process_time() - used) / wall:.0%}", "", "", "", "")
+    report("99% of units are seen within", f"{lag:.2f} s", "", "", "", "")
+    report("memory after 4,000 units", memory[0], f"after {len(units):,}", memory[1], "", "equal")
+
+
+def timed(units: Sequence[AnyUnit], pool: LocalPool, *, close: bool = True) -> float:
+    """Return the seconds that a pool takes for the units, its processes' beginning included."""
+    started = time.perf_counter()
+    try:
+        assert all(done.outcome for done in run_units(units, pool))
+    finally:
+        if close:
+            pool.close()
+    return time.perf_counter() - started

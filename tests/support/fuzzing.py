@@ -1,0 +1,300 @@
+"""Fuzzing: hostile input given to everything that reads some, while it is watched what that does.
+
+As a script, ``python -m support.fuzzing 100000``, it does so for as many inputs, and says what it has found.
+"""
+
+import os
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from hhrl_agents.methods import Method
+from hhrl_bench import (
+    censored,
+    checkpoint_metadata,
+    comparisons,
+    leaderboard,
+    provenance,
+    publication,
+    statistics,
+    training_state,
+)
+from hhrl_bench import train as training
+from hhrl_bench.evidence import unpack
+from hhrl_bench.level import Level
+from hhrl_bench.loading import SHIPPED, load_agents, training_record
+from hhrl_bench.method_records import method_records
+from hhrl_bench.outcome_file import keep_outcome
+from hhrl_bench.replaying import replay
+from hhrl_bench.run_directory import RunDirectory, failed_seeds
+from hhrl_bench.seeds import parse_seeds
+from hhrl_bench.store import Store
+from hhrl_bench.training_outcomes import read_outcomes
+from hhrl_bench.verification import verify
+from hhrl_envs import get_scenario
+from hhrl_envs.errors import InputError
+from support import hostile, small_board, small_training
+from support.hostile import Rng
+
+SCENARIO = get_scenario("stop-line-v0")
+TRAP = "from pathlib import Path\nPath('sprung').touch()\n"
+WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
+DEEDS = {"os.system", "os.exec", "os.posix_spawn", "os.fork", "subprocess.Popen", "socket.connect", "exec", "compile"}
+CHANGES = {"os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod"}
+
+
+class Watch:
+    """What the process does while it is watched: files written outside a folder, code run, processes begun."""
+
+    def __init__(self) -> None:
+        self.folder: Path | None = None
+        self.deeds: list[str] = []
+        sys.addaudithook(self._hear)
+
+    @contextmanager
+    def over(self, folder: Path) -> Iterator[None]:
+        """Return a context in which only files in the folder may be written, and nothing executed."""
+        self.folder = folder
+        try:
+            yield
+        finally:
+            self.folder = None
+
+    def _hear(self, event: str, args: tuple[Any, ...]) -> None:
+        if self.folder is None:
+            return
+        if event in DEEDS:
+            self.deeds.append(f"{event} {args!r:.200}")
+        writes = event == "open" and isinstance(args[2], int) and args[2] & WRITING
+        if (writes or event in CHANGES) and not str(args[0]).startswith(str(self.folder)):
+            self.deeds.append(f"{event} {args!r:.200}")
+
+
+class Sandbox(NamedTuple):
+    """A folder with one whole file of every kind that is read, and a module that must not be imported beside it."""
+
+    folder: Path
+    board: Path
+    run: Path
+
+
+Attack = Callable[[Sandbox, Rng], None]
+
+
+def make_sandbox(folder: Path) -> Sandbox:
+    """Return a sandbox in a folder."""
+    board = small_board.publish(folder / "board", small_board.PAIRS[:1])
+    publication.write_index(board.parent, Level.SCHEMA)
+    run = folder / "run"
+    with small_training.small_methods(), unchecked():
+        plan = small_training.plan(run, seeds=(0,))
+        reports = training.train(plan)
+        next(reports), next(reports)
+        reports.close()  # type: ignore[attr-defined]
+        shutil.copy(RunDirectory(run).state((0,)), run / "state")
+        list(training.train(plan, resume=True))
+        shutil.copy(run / "state", RunDirectory(run).state((0,)))
+    (folder / "trap.py").write_text(TRAP)
+    return Sandbox(folder, board, run)
+
+
+CHECKPOINT = SHIPPED / "follow-only" / "seed-0.safetensors"
+
+
+def attack_checkpoint(sandbox: Sandbox, rng: Rng) -> None:
+    path = sandbox.folder / "fuzzed.safetensors"
+    path.write_bytes(hostile.change_tensors(CHECKPOINT.read_bytes(), rng, "hhrl-checkpoint"))
+    load_agents(path, SCENARIO)
+
+
+def attack_metadata(sandbox: Sandbox, rng: Rng) -> None:
+    metadata = checkpoint_metadata.read(hostile.change_tensors(CHECKPOINT.read_bytes(), rng, "hhrl-checkpoint"))
+    training_record(metadata, sandbox.folder)
+    method_records([metadata])
+
+
+def attack_entry(sandbox: Sandbox, rng: Rng) -> None:
+    path = sandbox.board.with_name("fuzzed.json")
+    path.write_bytes(hostile.change_json(sandbox.board.read_bytes(), rng))
+    board = leaderboard.read(path)
+    list(leaderboard.respelt(path, board))
+    for finding in verify(board, Store(path.parent), Level.RECOMPUTED):
+        require_one_line(str(finding))
+
+
+def attack_index(sandbox: Sandbox, rng: Rng) -> None:
+    path = sandbox.board.with_name(publication.INDEX)
+    whole = path.read_bytes()
+    try:
+        path.write_bytes(hostile.change_json(whole, rng))
+        for finding in publication.check_index(path.parent):
+            require_one_line(str(finding))
+    finally:
+        path.write_bytes(whole)
+
+
+def attack_evidence(sandbox: Sandbox, rng: Rng) -> None:
+    (path,) = (sandbox.board.parent / "evidence").iterdir()
+    kept = unpack(hostile.change_gzipped(path.read_bytes(), rng))
+    task = small_training.TASK
+    replay([kept], task, task.test.take(small_board.EPISODES))
+
+
+def attack_curves(sandbox: Sandbox, rng: Rng) -> None:
+    _with_changed(sandbox.run / "curve-seed-0.jsonl", hostile.change_lines, rng, lambda: read_outcomes(sandbox.run))
+
+
+def attack_config(sandbox: Sandbox, rng: Rng) -> None:
+    def read() -> None:
+        read_outcomes(sandbox.run)
+        RunDirectory(sandbox.run).require_config({})
+
+    _with_changed(sandbox.run / "config.json", hostile.change_json, rng, read)
+
+
+def attack_provenance(sandbox: Sandbox, rng: Rng) -> None:
+    directory = RunDirectory(sandbox.run)
+    _with_changed(directory.provenance((0,)), hostile.change_json, rng, lambda: directory.seconds((0,)))
+
+
+def attack_state(sandbox: Sandbox, rng: Rng) -> None:
+    def resume() -> None:
+        with small_training.small_methods():
+            list(training.train(small_training.plan(sandbox.run, seeds=(0,)), resume=True))
+
+    before = small_training.contents(sandbox.run)
+    try:
+        _with_changed(RunDirectory(sandbox.run).state((0,)), _change_state, rng, resume)
+    finally:
+        for name, data in before.items():
+            (sandbox.run / name).write_bytes(data)
+
+
+def _change_state(data: bytes, rng: Rng) -> bytes:
+    return hostile.change_tensors(data, rng, training_state.FORMAT)
+
+
+def attack_outcome(sandbox: Sandbox, rng: Rng) -> None:
+    path = sandbox.folder / "board" / "rule-2" / "stop-line-v0" / f"result-{small_board.EPISODES}.json"
+    outcome = small_board.outcome(path)
+    read = lambda: keep_outcome(path, lambda: outcome, "rule-2", small_training.TASK, Store(sandbox.folder / "board"))  # noqa: E731
+    _with_changed(path, hostile.change_json, rng, read)
+
+
+def attack_name(_: Sandbox, rng: Rng) -> None:
+    name = hostile.agent_name(rng)
+    for read in (parse_seeds, lambda text: load_agents(text, SCENARIO)):
+        try:
+            read(name)
+        except InputError as error:
+            require_one_line(str(error))
+
+
+def attack_folder(sandbox: Sandbox, rng: Rng) -> None:
+    names = (
+        "seed-x.failed.json",
+        "seed-1e9.failed.json",
+        "seed-.safetensors",
+        "curve-seed-9999999999.jsonl",
+        "seed-\n",
+    )
+    folder = sandbox.folder / "odd"
+    folder.mkdir(exist_ok=True)
+    path = folder / str(rng.choice(names))
+    path.write_bytes(rng.bytes(4))
+    failed_seeds(folder)
+    read_outcomes(folder)
+
+
+ATTACKS: Mapping[str, Attack] = {
+    name.removeprefix("attack_"): attack for name, attack in list(globals().items()) if name.startswith("attack_")
+}
+
+
+def _with_changed(path: Path, change: Callable[[bytes, Rng], bytes], rng: Rng, read: Callable[[], object]) -> None:
+    whole = path.read_bytes()
+    try:
+        path.write_bytes(change(whole, rng))
+        read()
+    finally:
+        path.write_bytes(whole)
+
+
+def require_one_line(text: str) -> None:
+    assert len(text.splitlines()) == 1, text
+    assert text.isprintable(), text
+
+
+@contextmanager
+def unchecked() -> Iterator[None]:
+    """Return a context in which hashes of settings and of states agree, as those of a forger do."""
+    with pytest.MonkeyPatch.context() as patch:
+        known = checkpoint_metadata.read(CHECKPOINT.read_bytes())["config_hash"]
+        patch.setattr(Method, "config_hash", property(lambda _: known))
+        patch.setattr(training_state, "_checksum", lambda *_: "0")
+        patch.setattr(provenance, "git_commit", lambda _: None)  # asks git, which is a process
+        yield
+
+
+@contextmanager
+def quick_statistics() -> Iterator[None]:
+    """Return a context in which intervals take no time."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (statistics, comparisons, censored):
+            patch.setattr(module, "RESAMPLES", 9)
+        yield
+
+
+WATCH = Watch()
+
+
+def fuzz(sandbox: Sandbox, name: str, seed: int) -> str:
+    """Return how an attack ended, drawn by a seed: "taken" or the kind of the error; anything else fails."""
+    deeds = len(WATCH.deeds)
+    with WATCH.over(sandbox.folder):
+        try:
+            ATTACKS[name](sandbox, np.random.default_rng([seed, *name.encode()]))
+            ended = "taken"
+        except InputError as error:
+            require_one_line(str(error))
+            ended = type(error).__name__
+    assert WATCH.deeds[deeds:] == []
+    assert not (sandbox.folder / "sprung").exists()
+    return ended
+
+
+def main(count: int, seed: int) -> int:
+    """Return how many attacks of ``count`` have failed; say so, and how the others ended."""
+    folder = Path(tempfile.mkdtemp())
+    failures, ended, seconds = 0, Counter[tuple[str, str]](), dict.fromkeys(ATTACKS, 0.0)
+    with quick_statistics(), unchecked():
+        sandbox = make_sandbox(folder)
+        os.chdir(folder)
+        for index in range(count):
+            name = list(ATTACKS)[index % len(ATTACKS)]
+            started = time.perf_counter()
+            try:
+                ended[name, fuzz(sandbox, name, seed + index)] += 1
+            except Exception as error:  # noqa: BLE001 - it is what is looked for
+                failures += 1
+                print(f"{name} {seed + index}: {type(error).__name__}: {error!s:.300}", flush=True)
+            seconds[name] += time.perf_counter() - started
+    for (name, how), times in sorted(ended.items()):
+        print(f"{name}: {how} {times:,}")
+    print(", ".join(f"{name} {1000 * total / (count / len(ATTACKS)):.1f} ms" for name, total in seconds.items()))
+    print(f"{count:,} attacks, {failures:,} failed")
+    shutil.rmtree(folder)
+    return failures
+
+
+if __name__ == "__main__":
+    sys.exit(bool(main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0)))
