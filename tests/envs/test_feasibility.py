@@ -2,9 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hhrl_envs import SCENARIOS, Adversary, Goal, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs import layout as at
+from support.braking import braking_distance, longest_braking
 from support.recording import LEARNED, recorded
 from support.reference import feasible
 
@@ -69,3 +72,14 @@ def test_a_line_that_is_never_freed_in_time_counts_however_the_ego_ends(waits: i
     assert collided.any()
     assert (simulator.feasible[collided] == could).all()
     assert (simulator.of_agent(1).outcomes[collided] == (Outcome.SUCCESS if could else Outcome.FOILED)).all()
+
+
+@settings(deadline=None)
+@given(st.floats(0, 60), st.floats(-9, -1), st.floats(0.05, 1.5), st.floats(0, 3), st.floats(0.5, 60))
+def test_nobody_brakes_longer_than_the_bound(
+    speed: float, brake: float, friction: float, lag: float, jerk_limit: float
+) -> None:
+    main = get_scenario("stop-line-v0")
+    vehicle = replace(main.vehicle, levels=(brake, 0.0, 2.0), max_decel=-brake, lag=lag, jerk_limit=jerk_limit)
+    c = replace(main, vehicle=vehicle, road=replace(main.road, friction=friction)).constants()
+    assert braking_distance(speed, c) <= longest_braking(speed, c) + 1e-9

@@ -13,8 +13,8 @@ def test_a_frame_is_handed_out_again_only_when_nobody_holds_a_part_of_it() -> No
     del first
     assert all(frames.take().all_results.ctypes.data != address for _ in range(5))
     del kept
-    ended = frames.take().terminations
-    assert frames.take().terminations is not ended
+    flags = frames.take().terminations
+    assert frames.take().terminations is not flags
 
 
 def test_a_frame_that_nobody_holds_is_filled_again() -> None:
