@@ -258,8 +258,8 @@ def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_process_says_errors_on_stderr_and_exits_2(tmp_path: Path) -> None:
     ended = process("evaluate", "rule-9", folder=tmp_path)
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert ended.stderr.startswith("hhrl-bench: unknown agent 'rule-9'")
-    assert ended.stderr.count("\n") == 1
+    (said,) = (line for line in ended.stderr.splitlines() if "compiling" not in line)
+    assert said.startswith("hhrl-bench: unknown agent 'rule-9'")
 
 
 def test_a_process_finds_factories_in_its_folder(tmp_path: Path) -> None:

@@ -13,7 +13,17 @@ from support.command_line import invoke
 ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "environments/README.md")
 SLOW = tuple(
-    f"hhrl-bench {verb}" for verb in ("train", "run", "evaluate runs/", "leaderboard", "transfer", "figures", "report")
+    f"hhrl-bench {verb}"
+    for verb in (
+        "train",
+        "run",
+        "evaluate runs/",
+        "leaderboard",
+        "transfer",
+        "figures",
+        "report",
+        "watch ddqn --failed",
+    )
 )
 
 
