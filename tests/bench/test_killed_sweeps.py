@@ -80,7 +80,10 @@ def test_a_second_run_in_the_same_folder_is_one_line_and_exit_code_2(tmp_path: P
 
 
 def test_an_interrupt_is_one_line_and_leaves_no_worker(tmp_path: Path) -> None:
-    with start("four", tmp_path, "--workers", "2", start_new_session=True) as driver:
+    def heed() -> None:  # of tests that run in the background, interrupts may be ignored, which is passed on
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    with start("four", tmp_path, "--workers", "2", start_new_session=True, preexec_fn=heed) as driver:
         while not list((tmp_path / "work").rglob("*.unit.json")):
             assert driver.poll() is None
             time.sleep(0.05)
