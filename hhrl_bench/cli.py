@@ -209,7 +209,9 @@ def _transfer(
         str, typer.Option(help="A run directory, a checkpoint, or a method with shipped seeds.", show_default=False)
     ],
     target: Annotated[list[str], typer.Option(metavar="TASK", help="A target task; may be repeated.")],
-    seeds: Annotated[str, typer.Option(help="Training seeds, such as 0-4,7.", show_default="all of the source")] = "",
+    seeds: Annotated[
+        str | None, typer.Option(help="Training seeds, such as 0-4,7.", show_default="all of the source")
+    ] = None,
     env_steps: Annotated[int, typer.Option(min=1, help="Steps for each seed in each arm.")] = 50_000,
     episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
     out: Annotated[Path, typer.Option(help="Folder of the trainings; its transfer.json is the last command's.")] = Path(

@@ -168,11 +168,17 @@ def status(folder: Path) -> None:
 
 
 def transfer(
-    source: str, targets: Sequence[str], seeds: str, env_steps: int, episodes: int, out: Path, execution: Execution
+    source: str,
+    targets: Sequence[str],
+    seeds: str | None,
+    env_steps: int,
+    episodes: int,
+    out: Path,
+    execution: Execution,
 ) -> bool:
     """Return whether every arm was done; reuse a source in the targets, write and print what it is worth there."""
     require("torch", "torch")
-    study = transfer_study(source, targets, parse_seeds(seeds) if seeds else (), env_steps, episodes, out)
+    study = transfer_study(source, targets, () if seeds is None else parse_seeds(seeds), env_steps, episodes, out)
     return _publish(study, out / "transfer.json", out, execution)
 
 

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hhrl_bench.checked_result import CheckedResult
 from hhrl_bench.differences import Finding
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.progress import Update, silent
@@ -12,6 +11,7 @@ from hhrl_bench.rerunning import play
 from hhrl_bench.seeds import RANGE_SIZE, SeedRange
 from hhrl_bench.store import Store
 from hhrl_bench.tasks import TEST
+from hhrl_bench.verification import checked_results
 from hhrl_envs import Outcome
 
 FRESH = SeedRange("fresh", TEST.start + TEST.size, 2**62)
@@ -33,8 +33,8 @@ def check_fresh(
 
     worlds = FRESH.take(episodes, int(np.random.default_rng(seed).integers(FRESH.size - RANGE_SIZE)))
     tasks = {task.id: task for task in board.tasks}
-    for index, result in enumerate(board.results):
-        checked = CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
+    for index, checked in enumerate(checked_results(board, store)):
+        result = checked.result
         if not checked.playable:
             continue
         hits = [int((play(checked, run, worlds).records.outcome == Outcome.SUCCESS).sum()) for run in result.runs]

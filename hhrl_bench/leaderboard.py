@@ -97,9 +97,8 @@ def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
     lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), _text(leaderboard).split("\n"), fillvalue="")
     for number, (line, ours) in enumerate(lines, start=1):
         if line != ours:
-            yield Finding(
-                f"line {number}", f"{line.strip()[:100]} is published, it would be written {ours.strip()[:100]}"
-            )
+            said = f"{line.strip()[:60]!r} is not how hhrl-bench run spells it, which is {ours.strip()[:60]!r}"
+            yield Finding(f"line {number}", said)
             return
 
 

@@ -16,7 +16,7 @@ from hhrl_bench.markdown_tables import markdown
 from hhrl_bench.progress import progress
 from hhrl_bench.publication import INDEX, check_index, entry_paths, of_suite, require_submittable, write_index
 from hhrl_bench.store import Store
-from hhrl_bench.verification import verify
+from hhrl_bench.verification import checked_results, verify
 
 
 def verify_entries(
@@ -77,6 +77,10 @@ def _verify(
         if fresh is not None:
             yield from check_fresh(board, store, fresh, seed, update)
     yield from leaderboard.respelt(path, board)
+    own = [one for one in checked_results(board, store) if not one.playable]
+    if own and (level == Level.RERUN or fresh is not None):
+        why = "they are a user's own code" if board.checkpoints_published else "their checkpoints are not published"
+        typer.echo(f"hhrl-bench: {path}: {len(own)} of {len(board.results)} results were not run: {why}", err=True)
 
 
 def _print(found: dict[str, list[Finding]], level: Level) -> None:

@@ -16,6 +16,7 @@ from hhrl_bench.seeds import UInt64Array
 from hhrl_bench.threads import one_torch_thread
 from hhrl_bench.traces import Trace
 from hhrl_envs import get_scenario
+from hhrl_envs.errors import InputError
 
 SAME = 0.9
 """The share of episodes in which an agent has to decide the same again; another machine may round differently."""
@@ -26,10 +27,15 @@ def rerun(checked: CheckedResult) -> Iterator[Finding]:
     if not checked.playable:
         return
     for (place, run), evidence in zip(checked.runs(), checked.evidence, strict=True):
-        if evidence is not None:
+        if evidence is None:
+            continue
+        try:
             same = np.mean(same_episodes(evidence.trace, play(checked, run, checked.seeds).trace))
-            if same < SAME:
-                yield Finding(place, f"run again, it decides the same in {same:.1%} of the episodes")
+        except InputError as error:
+            yield Finding(place, f"cannot be run again: {error}")
+            continue
+        if same < SAME:
+            yield Finding(place, f"run again, it decides the same in {same:.1%} of the episodes")
 
 
 def same_episodes(trace: Trace, other: Trace) -> NDArray[np.bool_]:

@@ -35,11 +35,7 @@ def verify(
     yield from _check_version(board)
     if level == Level.SCHEMA:
         return
-    tasks = {task.id: task for task in board.tasks}
-    results = [
-        CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
-        for index, result in enumerate(board.results)
-    ]
+    results = checked_results(board, store)
     count = len(results) if sample is None else min(sample, len(results))
     again = np.random.default_rng(seed).permutation(len(results))[:count] if level.includes(Level.RERUN) else ()
     for index, result in enumerate(results):
@@ -50,6 +46,15 @@ def verify(
             yield from rerun(result)
         update(index + 1, len(results), f"{result.result.agent} on {result.result.task}")
     yield from _check_derived(board, store)
+
+
+def checked_results(board: LeaderboardRecord, store: Store) -> list[CheckedResult]:
+    """Return the results of an entry, to be checked against the files in a store."""
+    tasks = {task.id: task for task in board.tasks}
+    return [
+        CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
+        for index, result in enumerate(board.results)
+    ]
 
 
 def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:

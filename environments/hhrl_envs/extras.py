@@ -16,5 +16,5 @@ def require(module: str, extra: str) -> None:
         MissingExtraError: it is not; the message says how to install the extra that brings it.
     """
     if find_spec(module) is None:
-        checkout = f"in a checkout: pip install '.[{extra}]'"
+        checkout = f"in a checkout: pip install -e '.[{extra}]'"
         raise MissingExtraError(f"{module} is not installed; run: pip install 'hhrl-bench[{extra}]', or {checkout}")

@@ -98,6 +98,9 @@ def test_an_own_agent_is_scored_and_submitted(folder: Path, tmp_path: Path, monk
     assert result.exit_code == 0, result.stdout
     assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
     assert list(publication.of_suite(folder, "tiny")) == ["tiny", "my-rule"]
+    said = invoke("leaderboard", "verify", str(folder / "my-rule.json"), "--level", "rerun", "--fresh", "5")
+    assert said.exit_code == 0
+    assert "2 of 2 results were not run: they are a user's own code" in said.stderr
     (mine, _) = leaderboard.read(folder / "my-rule.json").results
     assert (mine.agent, mine.kind) == ("my_rule:make", "factory")
     again = invoke("leaderboard", "submit", str(entry), "--name", "my-rule", "--folder", str(folder))

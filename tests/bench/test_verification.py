@@ -166,6 +166,16 @@ def test_any_changed_byte_of_a_file_is_found_and_named(path: Path) -> None:
         file.write_bytes(whole)
 
 
+@pytest.mark.parametrize("level", [Level.RECOMPUTED, Level.RERUN])
+def test_a_checkpoint_that_is_not_there_hides_nothing_else(path: Path, data: Any, level: Level) -> None:
+    for checkpoint in (path.parent / "checkpoints").iterdir():
+        checkpoint.unlink()
+    path.write_text(path.read_text().replace(f'"n": {data["results"][0]["metrics"]["success"]["n"]}', '"n": 7'))
+    places = [finding.place for finding in findings(path, level)]
+    assert any(place.endswith("checkpoint_sha256") for place in places)
+    assert any(place.startswith("results[0].metrics.") and place.endswith(".n") for place in places)
+
+
 def replace_evidence(path: Path, data: Any, result: int, **arrays: Any) -> None:
     """Give a result's first run evidence that differs in some arrays, under the hash of what it then is."""
     store, place = Store(path.parent), ("results", result, "runs", 0, "evidence_sha256")
