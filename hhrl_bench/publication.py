@@ -82,6 +82,13 @@ def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> No
     missing = [f"{agent} on {task}" for agent in agents for task in own.tasks if (agent, task) not in scored]
     if missing:
         raise RecordError(f"the entry lacks {missing[0]}; every agent of an entry is scored on all tasks of its suite")
+    for other, known in (of_suite(folder, board.suite) if any(folder.glob("*.json")) else {}).items():
+        if _evidence(board) <= _evidence(known):
+            raise RecordError(f"the same episodes are in {folder}/{other}.json already; submit another agent's")
+
+
+def _evidence(board: LeaderboardRecord) -> set[str | None]:
+    return {run.evidence_sha256 for result in board.results for run in result.runs}
 
 
 def _require_equal(what: str, given: object, wanted: object, suite: str) -> None:

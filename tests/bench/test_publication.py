@@ -139,6 +139,13 @@ def test_an_entry_that_its_suite_does_not_make_is_refused(folder: Path, monkeypa
         assert "hhrl-bench run --suite tiny makes one" in result.stderr
 
 
+def test_what_is_published_already_is_refused(folder: Path) -> None:
+    result = invoke("leaderboard", "submit", str(folder / "tiny.json"), "--name", "twin", "--folder", str(folder))
+    assert result.exit_code == 2
+    assert "tiny.json already; submit another agent's" in result.stderr
+    assert not (folder / "twin.json").exists()
+
+
 def test_a_folder_without_entries_is_one_line(tmp_path: Path) -> None:
     for command in (("verify", str(tmp_path)), ("build", "--folder", str(tmp_path))):
         result = invoke("leaderboard", *command)
