@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from itertools import groupby
 
-from rich import box
 from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
@@ -11,7 +10,7 @@ from rich.text import Text
 from hhrl_bench.cells import COLUMNS, Cell, Column
 from hhrl_bench.comparison_records import PairwiseRecord
 from hhrl_bench.names import WIDTH, folded
-from hhrl_bench.table import cell_text, print_widest
+from hhrl_bench.table import cell_text, print_widest, ruled_table
 
 SHOWN = ("success", "collision", "not_stop", "timeout", "steps", "unsmooth", "unsafe", "return_option", "return_action")
 """The first ones are shown longest where there is little room."""
@@ -52,15 +51,7 @@ def _group(one: PairwiseRecord) -> tuple[str, str]:
 def _table(comparisons: Sequence[PairwiseRecord], metrics: Sequence[str], intervals: bool) -> Table:
     """Return the table of one task and other agent, two lines an agent with intervals and one without."""
     first = comparisons[0]
-    table = Table(
-        title=f"less {first.other} on {first.task}, {first.episodes:,} test episodes",
-        box=box.HORIZONTALS,
-        show_edge=False,
-        padding=(0, 1 if intervals else 0),
-        collapse_padding=True,
-        pad_edge=False,
-        title_justify="left",
-    )
+    table = ruled_table(f"less {first.other} on {first.task}, {first.episodes:,} test episodes", intervals=intervals)
     table.add_column("agent", overflow="fold", max_width=WIDTH, vertical="top")
     for metric in metrics:
         table.add_column(_BY_KEY[metric].heading.replace(" ", "\n"), justify="right", no_wrap=True)

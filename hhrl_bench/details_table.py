@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from rich import box
 from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
@@ -11,7 +10,7 @@ from hhrl_bench.cells import Cell, Column, metric_cell
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.names import WIDTH, folded
 from hhrl_bench.records import ResultRecord, RunRecord, TaskRecord
-from hhrl_bench.table import cell_text, print_widest
+from hhrl_bench.table import cell_text, print_widest, ruled_table
 
 SEVERITY = (
     Column("impact_speed", "impact\nm/s", 2, 2),
@@ -58,15 +57,7 @@ def _tables(board: LeaderboardRecord, columns: int, intervals: bool) -> Group:
 
 
 def _table(task: TaskRecord, results: Sequence[ResultRecord], columns: int, intervals: bool) -> Table:
-    table = Table(
-        title=f"Worst cases on {task.id}, {task.episodes:,} test episodes",
-        box=box.HORIZONTALS,
-        show_edge=False,
-        padding=(0, 1 if intervals else 0),
-        collapse_padding=True,
-        pad_edge=False,
-        title_justify="left",
-    )
+    table = ruled_table(f"Worst cases on {task.id}, {task.episodes:,} test episodes", intervals=intervals)
     table.add_column("agent", overflow="fold", max_width=WIDTH, vertical="top")
     for heading in HEADINGS[:columns]:
         table.add_column(heading, justify="right", no_wrap=True)

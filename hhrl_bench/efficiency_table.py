@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from itertools import groupby
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from hhrl_bench.efficiency_records import EfficiencyRecord
 from hhrl_bench.names import WIDTH, folded, indented
-from hhrl_bench.table import print_widest
+from hhrl_bench.table import print_widest, ruled_table
 
 NOTES = (
     "Env steps in thousands until validation succeeds that often; never: not within the budget.",
@@ -27,14 +26,7 @@ def print_efficiencies(console: Console, records: Sequence[EfficiencyRecord]) ->
 
 
 def _table(records: Sequence[EfficiencyRecord], columns: int) -> Table:
-    table = Table(
-        title=f"Thousand env steps to {records[0].threshold:.0%} validation success",
-        box=box.HORIZONTALS,
-        show_edge=False,
-        padding=0,
-        pad_edge=False,
-        title_justify="left",
-    )
+    table = ruled_table(f"Thousand env steps to {records[0].threshold:.0%} validation success", intervals=False)
     table.add_column("task", overflow="fold", max_width=WIDTH + 2, vertical="top")
     for heading in HEADINGS[:columns]:
         table.add_column(heading, justify="right", no_wrap=True)

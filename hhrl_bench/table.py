@@ -49,20 +49,24 @@ def print_widest(console: Console, tables: Sequence[Table | Group]) -> int:
     return place
 
 
-def results_table(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) -> Table:
-    """Return the table of one task's results, two lines an agent with intervals and one without."""
-    columns, intervals, name_width = layout
-    table = Table(
-        title=f"{task.id}, {task.episodes:,} test episodes",
-        caption=_caption(task, results, layout),
+def ruled_table(title: str, *, intervals: bool) -> Table:
+    """Return an empty table with rules between its parts alone; with ``intervals`` its columns stand further apart."""
+    return Table(
+        title=title,
         box=box.HORIZONTALS,
         show_edge=False,
         padding=(0, 1 if intervals else 0),
         collapse_padding=True,
         pad_edge=False,
         title_justify="left",
-        caption_justify="left",
     )
+
+
+def results_table(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) -> Table:
+    """Return the table of one task's results, two lines an agent with intervals and one without."""
+    columns, intervals, name_width = layout
+    table = ruled_table(f"{task.id}, {task.episodes:,} test episodes", intervals=intervals)
+    table.caption, table.caption_justify = _caption(task, results, layout), "left"
     table.add_column("agent", overflow="fold", max_width=name_width, vertical="top")
     for column in columns:
         table.add_column(

@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from rich import box
 from rich.console import Console, Group
 from rich.table import Table
 
 from hhrl_bench.cells import NONE
-from hhrl_bench.table import print_widest
+from hhrl_bench.table import print_widest, ruled_table
 from hhrl_bench.training_records import SharesRecord, TrainingOutcomesRecord
 
 SHOWN = ("success", "collision", "not_stop", "timeout")
@@ -38,14 +37,7 @@ def _tables(trainings: Sequence[TrainingOutcomesRecord], outcomes: Sequence[str]
 
 
 def _table(training: TrainingOutcomesRecord, outcomes: Sequence[str]) -> Table:
-    table = Table(
-        title=title(training),
-        box=box.HORIZONTALS,
-        show_edge=False,
-        padding=0,
-        pad_edge=False,
-        title_justify="left",
-    )
+    table = ruled_table(title(training), intervals=False)
     table.add_column("", no_wrap=True)
     columns = [list(TIMES)]
     for name in ("training", "testing"):

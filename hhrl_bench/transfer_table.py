@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from itertools import groupby
 
-from rich import box
 from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
 from hhrl_bench.names import WIDTH, folded, indented
 from hhrl_bench.seeds import format_seeds
-from hhrl_bench.table import cell_text, print_widest
+from hhrl_bench.table import cell_text, print_widest, ruled_table
 from hhrl_bench.transfer_columns import COLUMNS, Column
 from hhrl_bench.transfer_records import TransferRecord
 
@@ -33,15 +32,7 @@ def _tables(rows: Sequence[TransferRecord], columns: Sequence[Column], *, interv
 def _table(rows: Sequence[TransferRecord], columns: Sequence[Column], *, intervals: bool) -> Table:
     """Return the table of one method and source, with two lines an arm or one without intervals."""
     first, seeds = rows[0], dict.fromkeys(format_seeds(row.seeds) for row in rows)
-    table = Table(
-        title=f"{first.method} trained on {first.source}, seeds {' or '.join(seeds)}",
-        box=box.HORIZONTALS,
-        show_edge=False,
-        padding=(0, 1 if intervals else 0),
-        collapse_padding=True,
-        pad_edge=False,
-        title_justify="left",
-    )
+    table = ruled_table(f"{first.method} trained on {first.source}, seeds {' or '.join(seeds)}", intervals=intervals)
     table.add_column("target", overflow="fold", max_width=WIDTH + 2, vertical="top")
     for column in columns:
         table.add_column(column.heading, justify="right", no_wrap=True)
