@@ -139,11 +139,9 @@ def analyse(agent: str, task: str, episodes: int, episode: int, out: Path | None
 
 def run(suite_id: str, agents: Sequence[str], out: Path | None, work: Path | None, execution: Execution) -> bool:
     """Return whether every unit of the suite was done; write and print its leaderboard, or that of other agents."""
-    folder = work or Path("runs") / suite_id
+    folder, suite = work or Path("runs") / suite_id, get_suite(suite_id)
     if not agents:
-        study = suite_study(get_suite(suite_id), folder)
-        return _publish(study, out or Path("leaderboards") / f"{suite_id}.json", folder, execution)
-    suite = get_suite(suite_id)
+        return _publish(suite_study(suite, folder), out or Path("leaderboards") / f"{suite_id}.json", folder, execution)
     study = suite_study(ScoreSuite(suite.id, tuple(agents), suite.tasks, suite.episodes), folder)
     _require_playable(agents, get_task(suite.tasks[0]))
     words = ["hhrl-bench", "run", "--suite", suite_id, *(word for agent in agents for word in ("--agent", agent))]

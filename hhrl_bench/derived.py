@@ -10,7 +10,7 @@ from hhrl_bench import checkpoint_metadata
 from hhrl_bench.comparison_records import PairwiseRecord
 from hhrl_bench.comparisons import Runs, compare
 from hhrl_bench.efficiency import efficiency
-from hhrl_bench.evidence import unpack
+from hhrl_bench.evidence import read_evidence
 from hhrl_bench.method_records import method_records
 from hhrl_bench.records import ResultRecord, RunRecord
 from hhrl_bench.statistics import FloatArray
@@ -51,5 +51,5 @@ def _comparisons(results: Sequence[ResultRecord], store: Store) -> Iterator[Pair
 
 def _success(run: RunRecord, store: Store) -> FloatArray:
     """Return 1 for every episode of a run that succeeded, else 0, float64 [N]."""
-    outcome = unpack(read(store.evidence(str(run.evidence_sha256)))).outcome
+    outcome = read_evidence(run, store).outcome
     return np.asarray(outcome == Outcome.SUCCESS, np.float64)

@@ -16,6 +16,8 @@ from safetensors.numpy import load, save
 from hhrl_bench.episodes import TrafficRecords
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation import Played
+from hhrl_bench.records import RunRecord
+from hhrl_bench.store import Store, read
 from hhrl_bench.traces import Trace
 
 MAX_BYTES = 2**30
@@ -67,6 +69,15 @@ def unpack(data: bytes) -> Evidence:
     _require(len(trace.options) == len(trace.actions) == trace.steps.sum(dtype=np.int64), "a decision for every step")
     _require(trace.options.shape[1] > 0 and trace.actions.shape[1] > 0, "a vehicle")
     return Evidence(trace, outcome, unsmooth, outcomes, feasible)
+
+
+def read_evidence(run: RunRecord, store: Store) -> Evidence:
+    """Return the evidence of a run whose files lie in a store.
+
+    Raises:
+        RecordError: if it is missing or damaged.
+    """
+    return unpack(read(store.evidence(str(run.evidence_sha256))))
 
 
 _TRACE = (("steps", _INT32, 1), ("options", _INT8, 2), ("actions", _INT8, 2))

@@ -10,10 +10,10 @@ import numpy as np
 from hhrl_agents.files import require_writable, write_atomically
 from hhrl_bench.casting import evaluation_slots
 from hhrl_bench.errors import RecordError
-from hhrl_bench.evidence import unpack
+from hhrl_bench.evidence import read_evidence
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.stage import Stage
-from hhrl_bench.store import Store, read
+from hhrl_bench.store import Store
 from hhrl_bench.tasks import get_task
 from hhrl_bench.traces import Trace, episode_of, recordings
 from hhrl_bench.watch import artist, moments_of
@@ -44,7 +44,7 @@ def failures(board: LeaderboardRecord, store: Store, agent: str, task: str) -> I
         known = ", ".join(f"{result.agent} on {result.task}" for result in board.results)
         raise RecordError(f"the entry has no {agent} on {task}; it has {known}")
     for run in found[0].runs:
-        evidence = unpack(read(store.evidence(str(run.evidence_sha256))))
+        evidence = read_evidence(run, store)
         for episode in np.flatnonzero(evidence.outcome != Outcome.SUCCESS):
             seed = run.training.seed if run.training else None
             yield Failure(seed, int(episode), episode_of(evidence.trace, int(episode)))

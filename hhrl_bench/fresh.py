@@ -32,16 +32,15 @@ def check_fresh(
     from scipy.stats import fisher_exact  # noqa: PLC0415
 
     worlds = FRESH.take(episodes, int(np.random.default_rng(seed).integers(FRESH.size - RANGE_SIZE)))
-    tasks = {task.id: task for task in board.tasks}
-    for index, checked in enumerate(checked_results(board, store)):
+    for done, checked in enumerate(checked_results(board, store), start=1):
         result = checked.result
         if not checked.playable:
             continue
         hits = [int((play(checked, run, worlds).records.outcome == Outcome.SUCCESS).sum()) for run in result.runs]
-        total, known = episodes * len(hits), tasks[result.task].episodes * len(hits)
+        total, known = episodes * len(hits), checked.task_record.episodes * len(hits)
         before = round(sum(run.metrics.success for run in result.runs) / len(hits) * known)
         table = np.array([[before, known - before], [sum(hits), total - sum(hits)]])
         said = f"{before / known:.1%} is published, {sum(hits) / total:.1%} was found in {total:,} fresh episodes"
-        update(index + 1, len(board.results), f"{result.agent} on {result.task}: {said}")
+        update(done, len(board.results), f"{result.agent} on {result.task}: {said}")
         if (chance := float(fisher_exact(table).pvalue)) < UNLIKELY / len(board.results):
-            yield Finding(f"results[{index}].metrics.success", f"{said} (chance of that: {chance:.1g})")
+            yield Finding(f"{checked.place}.metrics.success", f"{said} (chance of that: {chance:.1g})")

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from hhrl_bench.episode_figure import save_episode, typical_episode
-from hhrl_bench.evidence import unpack
+from hhrl_bench.evidence import read_evidence
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.pareto_figure import save_pareto
-from hhrl_bench.store import Store, read
+from hhrl_bench.store import Store
 from hhrl_bench.table_one_figure import save_table_one
 from hhrl_bench.training_curves_figure import save_training_curves
 from hhrl_bench.training_outcomes_figure import save_trainings
@@ -36,7 +36,7 @@ def _save_example(board: LeaderboardRecord, store: Store, folder: Path) -> list[
     examples = [(result.task, run) for result in board.results if result.agent == EXAMPLE for run in result.runs]
     for task, run in examples[:1]:
         if run.checkpoint_sha256 and run.evidence_sha256 and board.checkpoints_published:
-            evidence = unpack(read(store.evidence(run.evidence_sha256)))
+            evidence = read_evidence(run, store)
             episode = typical_episode(evidence.outcome, evidence.trace.steps)
             return save_episode(store.checkpoint(run.checkpoint_sha256), task, episode, folder)
     return []
