@@ -8,6 +8,7 @@ from hhrl_envs.stepping import appraise, hand_out, move
 
 MOVE, BEGIN, SHOW = 1, 2, 4  # what there is to do, to be added up
 MOVE_AND_SHOW = MOVE | SHOW
+BACKWARDS = 8  # to be added where the blocks are to be taken from the last to the first
 
 
 @kernel
@@ -25,10 +26,11 @@ def advance_rows(
 
     ``keys``, uint64 [2, row], are seed and episode of the rows. ``special`` is None for an ego alone that has to stop
     at one line, so that what other scenarios need is not even compiled. Agents that had ended before keep their outcome
-    and earn nothing.
+    and earn nothing. BACKWARDS in every other step begins with the blocks that the step before has left in the cache.
     """
     ended, still_open, rows = 0, 0, unsigned(observations.shape[2])
-    for block in range(unsigned(low), unsigned(high)):
+    for n in range(unsigned(high - low)):
+        block = unsigned(high) - unsigned(1) - n if parts & BACKWARDS else unsigned(low) + n
         s, r = locate(block, c)
         first = block * unsigned(at.LANES)
         lanes = min(unsigned(at.LANES), rows - first)

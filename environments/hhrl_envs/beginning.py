@@ -43,12 +43,21 @@ def begin_agents(m: Floats, s: int, r: int, c: Floats) -> None:
 def begin(m: Floats, s: int, r: int, keys: Keys, first: int, c: Floats, special: bool | None, lanes: int) -> int:
     """Go on with the episodes that are due in a block, whose rows begin at ``first``, and return how many are OPEN."""
     still_open = 0
-    i = next_due(m, r, unsigned(0), lanes)
+    i = next_due(m, r, unsigned(0), lanes) if some_due(m, r, lanes) else lanes
     while i < lanes:
         begin_row(m, s + i, r + i, keys, first + i, c, special)
         still_open += m[r + at.STATUS + i] == OPEN
         i = next_due(m, r, i + unsigned(1), lanes)
     return still_open
+
+
+@inner
+def some_due(m: Floats, r: int, lanes: int) -> bool:
+    """Return whether any row of record ``r`` is due to begin; mostly none is, and many lanes are asked at a time."""
+    due = False
+    for i in range(lanes):
+        due |= m[r + at.STATUS + i] != BEGUN
+    return due
 
 
 @inner

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hhrl_envs import layout as at
-from hhrl_envs.advancing import BEGIN, MOVE_AND_SHOW, SHOW, advance_rows
+from hhrl_envs.advancing import BACKWARDS, BEGIN, MOVE_AND_SHOW, SHOW, advance_rows
 from hhrl_envs.arguments import as_count, as_learned_fronts, as_scenario
 from hhrl_envs.beginning import BEGUN, EPISODE, SEED, decide_rows
 from hhrl_envs.blurring import blur_rows
@@ -69,6 +69,7 @@ class Simulator:
         self._memory = Memory(num_rows, scenario.num_vehicles + 1, self.num_agents)
         self._numbers, self._constants = self._memory.numbers, scenario.constants(self.num_agents)
         self._targets = [self._memory.target(agent) for agent in range(self.num_agents)]
+        self._shape = (num_rows,) if self.num_agents == 1 else (num_rows, self.num_agents)
         self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
         self._frames = Frames(self.num_agents, num_rows)
         self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
@@ -76,7 +77,7 @@ class Simulator:
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
         self._special = True if learned_fronts or not scenario.plain else None
-        self._ended, self._ready = 0, False
+        self._ended, self._ready, self._direction = 0, False, 0
 
     @property
     def observations(self) -> Floats32:
@@ -254,12 +255,18 @@ class Simulator:
     def _show(self, parts: int) -> None:
         """Do these parts of a step and hand out a fresh ``frame``."""
         self.frame = self._frames.take()
+        self._direction ^= BACKWARDS
+        self._run(parts | self._direction)
+        if self._ended < 0:
+            self._decide()
+
+    def _decide(self) -> None:
+        """Decide the rows whose worlds are OPEN, draw infeasible ones anew if only feasible ones are wanted."""
         for _ in range(MAX_ATTEMPTS):
-            self._run(parts)
+            self._each_slice(decide_rows, self.num_rows)
+            self._run(BEGIN | SHOW)
             if self._ended >= 0:
                 return
-            self._each_slice(decide_rows, self.num_rows)
-            parts = BEGIN | SHOW
         hint = "widen its gaps, lengthen its horizon or set feasible_only=False"
         raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
 
@@ -283,14 +290,13 @@ class Simulator:
         return [kernel(*calls[0])] if self._workers is None else self._workers.run(kernel, calls)
 
     def _aim(self, given: Floats | Ints) -> None:
-        wanted = (self.num_rows,) if self.num_agents == 1 else (self.num_rows, self.num_agents)
-        if given.shape != wanted or given.dtype.kind not in "iuf":
-            raise InputError(f"actions are {given.dtype} {given.shape}; write integers of shape {wanted}")
-        if given.dtype.kind == "f":
+        kind = given.dtype.kind
+        if given.shape != self._shape or kind not in "iuf":
+            raise InputError(f"actions are {given.dtype} {given.shape}; write integers of shape {self._shape}")
+        if kind == "f":
             self._aim_at(given.astype(np.float64))
             return
-        chosen = given[None] if self.num_agents == 1 else given.T
-        chosen = np.ascontiguousarray(chosen, np.int64)
+        chosen = np.asarray(given.T, np.int64).ravel()
         bad = aim(self._numbers, self._constants, chosen, self._levels)
         if bad >= 0:
             levels = f"write 0 to {self.scenario.num_actions - 1}"

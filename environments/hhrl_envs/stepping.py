@@ -18,32 +18,32 @@ WAITING = 1.0  # in STATUS: the row's episode is over, the next one is due
 
 @kernel
 def aim(m: Floats, c: Floats, actions: Ints, levels: Floats) -> int:
-    """Make ``actions``, int64 [agent, row], the agents' targets and return -1.
+    """Make ``actions``, int64 [agent x row], the agents' targets and return -1.
 
     If one is no level nothing is changed, and its place among all of them is returned.
     """
-    agents, rows, count = len(actions), actions.shape[1], unsigned(levels.size)
-    for agent in range(agents):
-        wrong = False
-        for row in range(rows):
-            wrong |= unsigned(actions[agent, row]) >= count  # so is what is negative
-        if wrong:
-            return int(agent * rows + first_wrong(actions[agent], levels.size))
+    agents, count, wrong = int(c[at.AGENTS]), unsigned(levels.size), False
+    rows = actions.size // agents
+    for place in range(actions.size):
+        wrong |= unsigned(actions[place]) >= count  # so is what is negative
+    if wrong:
+        return first_wrong(actions, levels.size)
     for agent in range(agents):
         for first in range(0, rows, at.LANES):
             target = locate(unsigned(first // at.LANES), c)[0] + unsigned(agent) * at.VEHICLE + at.TARGET
+            given = unsigned(agent * rows + first)
             for i in range(unsigned(min(at.LANES, rows - first))):
-                m[target + i] = levels[unsigned(actions[agent, unsigned(first) + i])]
+                m[target + i] = levels[unsigned(actions[given + i])]
     return -1
 
 
 @inner
 def first_wrong(actions: Ints, levels: int) -> int:
     """Return the place of the first action outside 0 to ``levels`` - 1."""
-    row = 0
-    while (actions[row] >= 0) & (actions[row] < levels):
-        row += 1
-    return row
+    place = 0
+    while (actions[place] >= 0) & (actions[place] < levels):
+        place += 1
+    return place
 
 
 @spliced
