@@ -270,7 +270,7 @@ def _watch(
     agent: AgentArgument,
     out: Annotated[Path, typer.Option(help="The picture to write: a .gif in real time, or a .png strip.")],
     task: TaskOption = "stop-line-v0",
-    episode: Annotated[int, typer.Option(min=0, help="Which test episode.")] = 0,
+    episode: Annotated[int | None, typer.Option(min=0, help="Which test episode.", show_default="0")] = None,
     option: HeldOption = None,
     opponent: OpponentOption = None,
     failed: Annotated[
@@ -288,6 +288,11 @@ def _watch(
 ) -> None:
     """Draw an agent's test episode: every step as a .gif, or key frames and charts as a .png."""
     if failed is None:
-        _commands().watch(agent, task, out, episode, option, opponent)
-    else:
-        _commands().watch_failures(agent, task, out, failed, entry)
+        _commands().watch(agent, task, out, episode or 0, option, opponent)
+        return
+    for name, given in {"--episode": episode, "--option": option, "--opponent": opponent}.items():
+        if given is not None:
+            raise typer.BadParameter(
+                "it says nothing to --failed, whose episodes are the entry's; leave one out", param_hint=name
+            )
+    _commands().watch_failures(agent, task, out, failed, entry)

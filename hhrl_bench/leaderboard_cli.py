@@ -56,6 +56,8 @@ def _verify(
     json: JsonOption = False,
 ) -> None:
     """Verify entries, offline: their files, numbers and agents; exit code 1 where something does not hold."""
+    if sample is not None and level != Level.RERUN:
+        raise typer.BadParameter(f"--level {level} runs no agent again; write --level rerun", param_hint="--sample")
     held = _commands().verify_entries(paths or [FOLDER], level, sample, fresh, seed, as_json=json)
     raise typer.Exit(0 if held else 1)
 

@@ -45,3 +45,12 @@ def test_what_an_entry_does_not_have_is_one_line(entry: Path, tmp_path: Path) ->
     assert (said.exit_code, said.stdout) == (0, "")
     assert "has no failure of rule-plus on stop-line-v0" in said.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("option", ["--episode", "--option", "--opponent"])
+def test_options_that_a_film_of_failures_cannot_heed_are_refused(entry: Path, tmp_path: Path, option: str) -> None:
+    given = {"--episode": "0", "--option": "stop", "--opponent": "rule-2"}[option]
+    wanted = ("--failed", "1", "--entry", str(entry), "--out", str(tmp_path / "film.gif"))
+    said = invoke("watch", "rule-2", option, given, *wanted)
+    assert said.exit_code == 2
+    assert said.stderr.startswith(f"hhrl-bench: Invalid value for {option}: it says nothing to --failed")

@@ -66,6 +66,9 @@ def test_a_folder_is_built_once_and_then_verified(folder: Path) -> None:
     result = invoke("leaderboard", "verify", str(folder), "--level", "rerun", "--sample", "1", "--fresh", "30")
     assert result.exit_code == 0, result.stdout
     assert "tiny.json: rerun" in result.stdout
+    result = invoke("leaderboard", "verify", str(folder), "--sample", "1")
+    said = "hhrl-bench: Invalid value for --sample: --level replayed runs no agent again; write --level rerun\n"
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", said)
 
 
 def test_what_does_not_hold_is_named_and_nothing_is_written(folder: Path) -> None:
