@@ -53,5 +53,7 @@ def notes(rows: Sequence[TransferRecord], *, intervals: bool = True) -> list[str
         f"Success on validation episodes; a budget of {words} env steps.",
         "Steps: the median in thousands, or how many seeds got there within the budget.",
         "Steps ratio: of the medians, below 1 is faster than scratch; <= and >= where one lies beyond the budget.",
+        "Forward transfer: what the mean success gains over scratch, as a share of what scratch leaves to gain.",
+        "Jumpstart: the gain over scratch at step 0. Transfer ratio: that of the mean, as a share of scratch's.",
         shown if intervals else "A wider terminal shows more columns and 95% intervals.",
     ]
