@@ -13,6 +13,7 @@ from hhrl_bench.level import Level
 from hhrl_bench.loading import SHIPPED
 from hhrl_bench.publication import check_index, entry_paths
 from hhrl_bench.store import Store
+from hhrl_bench.suite import SUITES
 from hhrl_bench.verification import verify
 from hhrl_envs import get_scenario
 from support.command_line import invoke
@@ -45,6 +46,19 @@ def test_a_published_leaderboard_keeps_to_the_published_schema(path: Path) -> No
 def test_a_published_leaderboard_is_verified_and_one_of_its_agents_run_again(path: Path) -> None:
     findings = verify(leaderboard.read(path), Store(FOLDER), Level.RERUN, sample=1, seed=len(path.stem))
     assert list(map(str, findings)) == []
+
+
+@pytest.mark.parametrize("name", [path.stem for path in entry_paths(FOLDER) if path.stem in SUITES])
+def test_a_leaderboard_named_after_a_suite_holds_all_of_it(name: str) -> None:
+    board, suite = leaderboard.read(FOLDER / f"{name}.json"), SUITES[name]
+    assert board.suite == name
+    assert {task.id: task.episodes for task in board.tasks} == dict.fromkeys(suite.tasks, suite.episodes)
+    units = {unit.name for stage in suite.stages(Path()) for unit in stage}
+    results = {f"{result.agent} on {result.task}": result for result in board.results}
+    assert set(results) == units
+    for training in suite.kept(Path()).trainings:
+        result = results[training.name]
+        assert sorted((*result.seeds, *result.failed_seeds)) == list(training.seeds)
 
 
 def test_the_index_is_of_the_published_files() -> None:
