@@ -10,10 +10,11 @@ from hhrl_bench.analysis_attention import attend, attentive
 from hhrl_bench.analysis_episode import attention_over_episode
 from hhrl_bench.analysis_levels import level_rewards
 from hhrl_bench.analysis_plane import Speeds, attention_over_plane, plane_states
-from hhrl_bench.analysis_records import OPTION_CODES, AnalysisRecord, Weights
+from hhrl_bench.analysis_records import AnalysisRecord, Weights
 from hhrl_bench.analysis_steps import Steps, record_steps
 from hhrl_bench.analysis_usage import option_usage
 from hhrl_bench.loading import load_agents
+from hhrl_bench.players import OPTIONS
 from hhrl_bench.records import SCHEMA_VERSION, OptionName
 from hhrl_bench.results import task_record
 from hhrl_bench.tasks import Task, get_task
@@ -79,9 +80,7 @@ def mean_attention(agent: Agent, steps: Steps) -> dict[OptionName, Weights] | No
     if able is None or not steps.hierarchical:
         return None
     weights = attend(able, steps.observations, steps.option).astype(np.float64)
-    means = {
-        name: weights[steps.option == o].mean(axis=0) for name, o in OPTION_CODES.items() if (steps.option == o).any()
-    }
+    means = {name: weights[steps.option == o].mean(axis=0) for name, o in OPTIONS.items() if (steps.option == o).any()}
     return {name: dict(zip(SYMBOLS, mean.tolist(), strict=True)) for name, mean in means.items()}
 
 

@@ -6,8 +6,9 @@ from numpy.typing import NDArray
 from hhrl_agents import Agent
 from hhrl_bench.analysis_attention import attend, attentive
 from hhrl_bench.analysis_levels import rewards_by_level
-from hhrl_bench.analysis_records import OPTION_CODES, EpisodeTraceRecord, Series, decimals, outcome_name, series
+from hhrl_bench.analysis_records import EpisodeTraceRecord, Series, decimals, outcome_name, series
 from hhrl_bench.analysis_steps import Steps, record_episode
+from hhrl_bench.players import OPTIONS
 from hhrl_bench.tasks import Task, get_task
 from hhrl_envs import get_scenario
 from hhrl_envs.observation import SYMBOLS, to_si
@@ -22,7 +23,7 @@ def attention_over_episode(agent: Agent, task: str | Task, episode: int = 0) -> 
     task = get_task(task)
     steps = record_episode(agent, task, episode)
     rewards = rewards_by_level(steps)
-    names = tuple(OPTION_CODES)
+    names = tuple(OPTIONS)
     return EpisodeTraceRecord(
         number=episode,
         seed=int(steps.seeds[0]),

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from hhrl_agents import Agent
 from hhrl_bench.analysis_attention import attend, attentive
-from hhrl_bench.analysis_records import OPTION_CODES, Grid, PlaneRecord, decimals
-from hhrl_bench.players import Player
+from hhrl_bench.analysis_records import Grid, PlaneRecord, decimals
+from hhrl_bench.players import OPTIONS, Player
 from hhrl_bench.records import OptionName
 from hhrl_envs import Scenario
 from hhrl_envs import layout as at
@@ -76,7 +76,7 @@ def attention_over_plane(agent: Agent, scenario: Scenario, speeds: Speeds | None
     player = Player(agent, scenario.num_actions)
     player.reset(np.ones(len(states), np.bool_))
     decision = player.act(states)
-    names = tuple(OPTION_CODES)
+    names = tuple(OPTIONS)
     return PlaneRecord(
         v_e=speeds.v_e,
         v_f=speeds.v_f,
@@ -95,7 +95,7 @@ def _attention(agent: Agent, scenario: Scenario, states: Float32Array) -> dict[O
     if able is None:
         return None
     grids: dict[OptionName, dict[str, Grid]] = {}
-    for name, option in OPTION_CODES.items():
+    for name, option in OPTIONS.items():
         if scenario.option_mask[option]:
             weights = decimals(attend(able, states, np.full(len(states), option, np.int64)))
             columns = weights.T.reshape(obs.SIZE, POINTS, POINTS).tolist()

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from hhrl_bench.players import OPTIONS
 from hhrl_bench.records import (
     Count,
     Finite,
@@ -23,7 +22,7 @@ from hhrl_bench.records import (
     TaskRecord,
     TrainingRecord,
 )
-from hhrl_envs import Option, Outcome
+from hhrl_envs import Outcome
 
 LevelName = Literal["option", "action", "task"]
 TermName = Literal["sub_goal", "unsafe", "failure", "jerk"]
@@ -35,9 +34,6 @@ Series = tuple[Finite, ...]
 Grid = tuple[Series, ...]
 Shares = dict[OptionName, Rate]
 Weights = dict[str, Finite]
-
-OPTION_CODES = cast(Mapping[OptionName, Option], OPTIONS)
-"""The options by the names that the records give them."""
 
 
 class EpisodeTraceRecord(Record):

@@ -3,7 +3,6 @@
 import numpy as np
 
 from hhrl_bench.analysis_records import (
-    OPTION_CODES,
     OptionUsageRecord,
     Shares,
     UsageBinRecord,
@@ -11,6 +10,7 @@ from hhrl_bench.analysis_records import (
     outcome_name,
 )
 from hhrl_bench.analysis_steps import BoolArray, FloatArray, IntArray, Steps
+from hhrl_bench.players import OPTIONS
 from hhrl_envs import Scenario
 from hhrl_envs import observation as obs
 
@@ -56,4 +56,4 @@ def _bin(option: IntArray, low: float, high: float | None) -> UsageBinRecord:
 
 
 def _shares(option: IntArray) -> Shares:
-    return {name: float((option == code).mean()) for name, code in OPTION_CODES.items()}
+    return {name: float((option == code).mean()) for name, code in OPTIONS.items()}

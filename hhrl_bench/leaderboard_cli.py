@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from hhrl_bench.cli_options import JsonOption
+from hhrl_bench.command_module import command_module
 from hhrl_bench.level import Level
 
 leaderboard_app = typer.Typer(help="Read, verify and publish leaderboards.")
@@ -17,11 +18,7 @@ FOLDER = Path("leaderboards")
 
 
 def _commands() -> ModuleType:
-    from hhrl_bench import leaderboard_commands  # noqa: PLC0415
-    from hhrl_bench.compiling import announce_compiling  # noqa: PLC0415
-
-    announce_compiling()
-    return leaderboard_commands
+    return command_module("leaderboard_commands")
 
 
 @leaderboard_app.command("show")
@@ -33,9 +30,7 @@ def _show(
     json: JsonOption = False,
 ) -> None:
     """Print a leaderboard as tables."""
-    from hhrl_bench import commands  # noqa: PLC0415
-
-    commands.show_leaderboard(file, details=details, as_json=json)
+    _commands().show_leaderboard(file, details=details, as_json=json)
 
 
 @leaderboard_app.command("verify")
@@ -81,6 +76,4 @@ def _submit(
 @leaderboard_app.command("schema")
 def _schema() -> None:
     """Print the JSON schema of leaderboard files."""
-    from hhrl_bench import commands  # noqa: PLC0415
-
-    commands.show_schema()
+    _commands().show_schema()

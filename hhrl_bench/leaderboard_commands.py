@@ -11,11 +11,13 @@ from hhrl_agents.files import write_atomically
 from hhrl_bench import leaderboard
 from hhrl_bench.differences import Finding
 from hhrl_bench.fresh import check_fresh
+from hhrl_bench.leaderboard_table import print_leaderboard
 from hhrl_bench.level import Level
 from hhrl_bench.markdown_tables import markdown
 from hhrl_bench.progress import progress
 from hhrl_bench.publication import INDEX, check_index, entry_paths, of_suite, require_submittable, write_index
 from hhrl_bench.store import Store
+from hhrl_bench.terminal import console
 from hhrl_bench.verification import checked_results, verify
 
 
@@ -66,6 +68,20 @@ def submit(path: Path, name: str, folder: Path) -> bool:
     leaderboard.publish(board, target, Store(path.parent))
     typer.echo(f"wrote {target}; hhrl-bench leaderboard build --folder {folder} adds it to the index", err=True)
     return True
+
+
+def show_leaderboard(path: Path, *, details: bool, as_json: bool) -> None:
+    """Return nothing; print a leaderboard file as tables, in ``details`` or not, or as the JSON it is."""
+    board = leaderboard.read(path)
+    if as_json:
+        typer.echo(board.model_dump_json(indent=2))
+    else:
+        print_leaderboard(console(), board, details=details)
+
+
+def show_schema() -> None:
+    """Return nothing; print the JSON schema of leaderboards."""
+    typer.echo(leaderboard.schema(), nl=False)
 
 
 def _verify(

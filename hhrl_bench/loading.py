@@ -6,7 +6,7 @@ import importlib
 import inspect
 import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -70,6 +70,15 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
         f"unknown agent {name!r}; write a checkpoint file, a run directory, module:factory, or one of: "
         + ", ".join([*RULES, *shipped_methods()])
     )
+
+
+def require_playable(sources: Sequence[str], task: Task) -> None:
+    """Return nothing; raises before anything is played for an agent that is named twice or does not load."""
+    twice = next((source for source in sources if sources.count(source) > 1), None)
+    if twice is not None:
+        raise AgentError(f"agent {twice!r} is named twice; name each agent once")
+    for source in sources[1:]:  # the first is loaded and played at once
+        load_agents(source, get_scenario(task.scenario))
 
 
 def _holds(check: Callable[[], bool]) -> bool:

@@ -5,7 +5,7 @@ import os
 import sys
 import sysconfig
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -17,6 +17,7 @@ import hhrl_bench
 import hhrl_envs
 from hhrl_agents import Agent, Decision, HierarchicalAgent
 from hhrl_bench.errors import AgentError
+from hhrl_bench.records import OptionName
 from hhrl_envs import Option
 
 IntArray = NDArray[np.int64]
@@ -26,7 +27,20 @@ _LIBRARIES = (sysconfig.get_path(name) for name in ("stdlib", "purelib", "platli
 _OURS = (str(Path(str(package.__file__)).parent) for package in (hhrl_bench, hhrl_agents, hhrl_envs))
 _NOT_THE_USERS = ("<string>", "<frozen", *(folder + os.sep for folder in (*_LIBRARIES, *_OURS)))
 
-OPTIONS = {"stop": Option.SSL, "follow": Option.FFV}
+OPTIONS: Mapping[OptionName, Option] = {"stop": Option.SSL, "follow": Option.FFV}
+
+
+def option_name(spelling: str | None) -> OptionName | None:
+    """Return the option's name, given that or the paper's, in any case; None for None.
+
+    Raises:
+        AgentError: if it is no option's.
+    """
+    names = {word: name for name, option in OPTIONS.items() for word in (name, option.name.lower())}
+    if spelling is not None and spelling.lower() not in names:
+        known = ", ".join(f"{name} or {option.name}" for name, option in OPTIONS.items())
+        raise AgentError(f"unknown option {spelling!r}; write one of: {known}")
+    return None if spelling is None else names[spelling.lower()]
 
 
 class Player(NamedTuple):
