@@ -6,13 +6,11 @@ Needs the ``report`` extra. The page loads nothing and runs nothing; equal leade
 import json
 from base64 import b64encode
 from collections.abc import Iterator, Mapping
-from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from PIL import Image
 
 from hhrl_bench import sheets
 from hhrl_bench.cells import NONE
@@ -24,8 +22,8 @@ from hhrl_bench.seeds import format_seeds
 from hhrl_bench.sheets import Sheet
 from hhrl_bench.store import Store
 
-LARGEST_SVG, COLOURS = 90_000, 64
-"""Bytes; a figure whose SVG has more is shown as a PNG of so many colours."""
+LARGEST_SVG = 90_000
+"""Bytes; a figure whose SVG has more is shown as a PNG."""
 
 
 class Figure(NamedTuple):
@@ -99,16 +97,9 @@ def _figures(board: LeaderboardRecord, store: Store) -> list[Figure]:
 
 def _figure(path: Path) -> Figure:
     vector = path.read_bytes()
-    kind, content = ("svg+xml", vector) if len(vector) <= LARGEST_SVG else ("png", _small(path.with_suffix(".png")))
+    small = len(vector) <= LARGEST_SVG
+    kind, content = ("svg+xml", vector) if small else ("png", path.with_suffix(".png").read_bytes())
     return Figure(path.stem.replace("-", " "), f"data:image/{kind};base64,{b64encode(content).decode()}")
-
-
-def _small(path: Path) -> bytes:
-    """Return a PNG with few colours."""
-    out = BytesIO()
-    with Image.open(path) as image:
-        image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
-    return out.getvalue()
 
 
 def _flat(config: Mapping[str, Any], under: str = "") -> Iterator[tuple[str, str]]:
