@@ -83,7 +83,7 @@ SUITES: Mapping[str, Suite] = MappingProxyType(
                 "full",
                 pairs=tuple((method, task) for task in _TASKS for method in _METHODS),
                 seeds=_SEEDS,
-                episodes=1000,
+                episodes=250,
                 untrained=("rule-1", "rule-2", "rule-3", "rule-4", "rule-plus"),
             ),
         )
