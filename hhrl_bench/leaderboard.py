@@ -1,6 +1,7 @@
 """Leaderboards: results built into one record, written whole, and read back strictly."""
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from pathlib import Path
@@ -23,6 +24,7 @@ from hhrl_bench.training_records import TrainingOutcomesRecord
 from hhrl_bench.transfer_records import TransferSetRecord
 
 MAX_BYTES = 16 * 2**20
+_NUMBERS = re.compile(r'\[\n[^][{}"]*\]')  # a list of them over several lines; no text holds a line end
 
 
 def build(
@@ -103,7 +105,9 @@ def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
 
 
 def _text(leaderboard: LeaderboardRecord) -> str:
-    return leaderboard.model_dump_json(indent=2) + "\n"
+    """Return the file's content, a list of numbers on a line: half of the bytes of one number on each."""
+    spread = leaderboard.model_dump_json(indent=2)
+    return _NUMBERS.sub(lambda numbers: "".join(numbers[0].split()).replace(",", ", "), spread) + "\n"
 
 
 def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:

@@ -1,10 +1,11 @@
-"""The figure of training results: how often each method succeeds on a task as it learns, a row a task.
+"""The figure of training results: how often each method succeeds on a task as it learns.
 
-Hybrid HRL stands in both columns, beside the parts of it that the paper switches off, and beside all other methods.
+Where parts of Hybrid HRL are switched off, as in the paper, a task has a row of two panels: Hybrid HRL beside these
+methods, and beside all others.
 """
 
+from collections import Counter
 from collections.abc import Sequence
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,8 @@ from hhrl_bench.training_records import TrainingOutcomesRecord
 Trainings = Sequence[TrainingOutcomesRecord]
 
 _REFERENCE, _ABLATIONS = "hybrid-hrl", ("hrl-0", "hrl-1", "hrl-2", "hrl-3")
-_COLUMNS, _HEIGHT = ("HRL-0 to HRL-3", "other methods"), 1.75
+_COLUMNS = ("HRL-0 to HRL-3", "other methods")
+_ACROSS, _HEIGHT = 2, 1.75
 
 
 def save_training_curves(trainings: Trainings, folder: Path) -> list[Path]:
@@ -37,8 +39,7 @@ def save_training_curves(trainings: Trainings, folder: Path) -> list[Path]:
 
 def rivals(trainings: Trainings) -> dict[str, Trainings]:
     """Return the trainings of every task on which there are several, by task."""
-    by_task = groupby(sorted(trainings, key=lambda one: one.task), key=lambda one: one.task)
-    groups = {task: list(group) for task, group in by_task}
+    groups = {task: [one for one in trainings if one.task == task] for task in (one.task for one in trainings)}
     return {task: group for task, group in groups.items() if len(group) > 1}
 
 
@@ -47,16 +48,24 @@ def draw_training_curves(trainings: Trainings) -> Figure:
     tasks = rivals(trainings)
     shown = [one for group in tasks.values() for one in group]
     columns = [column for column in _COLUMNS if any(one.method != _REFERENCE for one in _of(column, shown))]
-    headings = [f"{task}: {column}" for task in tasks for column in columns]
-    title = f"Training results, {' or '.join(dict.fromkeys(one.runs for one in shown))}"
-    x, y = "env steps (thousands)", "validation success"
-    figure, panels = new_panels(title, BAND, headings, x, y, len(columns), _HEIGHT)
-    cells = [(group, column) for group in tasks.values() for column in columns]
-    for axes, (group, column) in zip(panels, cells, strict=True):
-        _draw(axes, _of(column, group))
-        rate_axes(axes, max(one.env_steps[-1] for one in group))
+    cells = [(task, column) for task in tasks for column in columns]
+    [(usual, _)] = Counter(one.runs for one in shown).most_common(1)
+    headings = [
+        "\n".join([f"{task}: {column}" if len(columns) > 1 else task, *_apart(_of(column, tasks[task]), usual)])
+        for task, column in cells
+    ]
+    x, y, title = "env steps (thousands)", "validation success", f"Training results, {usual}"
+    figure, panels = new_panels(title, BAND, headings, x, y, _ACROSS, _HEIGHT)
+    for axes, (task, column) in zip(panels, cells, strict=True):
+        _draw(axes, _of(column, tasks[task]))
+        rate_axes(axes, max(one.env_steps[-1] for one in tasks[task]))
     legend_below(figure, [*lines([one.method for one in shown]).values(), AT_THRESHOLD])
     return figure
+
+
+def _apart(trainings: Trainings, usual: str) -> list[str]:
+    """Return the methods whose runs are not the usual ones, with theirs."""
+    return [f"{one.method}: {one.runs}" for one in trainings if one.runs != usual]
 
 
 def _of(column: str, trainings: Trainings) -> Trainings:

@@ -37,12 +37,18 @@ def test_training_results_have_a_row_a_task_with_ablations_and_others() -> None:
     assert headings(trainings(["hrl-0", "hybrid-hrl", "ddqn"], tasks)) == [
         f"{task}: {column}" for task in tasks for column in ("HRL-0 to HRL-3", "other methods")
     ]
-    assert headings(trainings(["hybrid-hrl", "ddqn"])) == ["stop-line-v0: other methods"]
-    assert headings(trainings(["hrl-1", "hrl-0"])) == ["stop-line-v0: HRL-0 to HRL-3"]
+    assert headings(trainings(["hybrid-hrl", "ddqn"])) == ["stop-line-v0"]
+    assert headings(trainings(["hrl-1", "hrl-0"])) == ["stop-line-v0"]
     assert headings(trainings(["hrl-1", "ddqn"])) == [
         "stop-line-v0: HRL-0 to HRL-3",
         "stop-line-v0: other methods",
     ]
+
+
+def test_training_results_name_the_seeds_that_did_not_get_to_the_end() -> None:
+    failed = training([LOW, (0.0, 0.6, None, None)], "ddqn", "stop-line-wet-v0")
+    own = [*trainings(["hybrid-hrl", "ddqn"]), *trainings(["hybrid-hrl", "pqn"], ["stop-line-wet-v0"]), failed]
+    assert headings(own) == ["stop-line-v0", "stop-line-wet-v0\nddqn: seeds 0-1, 1 not to the end"]
 
 
 def test_training_results_are_means_over_seeds_and_hybrid_hrl_is_in_both_columns() -> None:
