@@ -90,7 +90,10 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Info]]:
-        """Return the first observations and infos of an episode."""
+        """Return the first observations and infos of an episode: of this seed's first one, or of the next one.
+
+        The first reset without a seed draws one; an episode has no ``options``, so they are not read.
+        """
         if seed is None and self._seeded:
             self.simulator.next_episode()
         else:

@@ -292,7 +292,8 @@ class Simulator:
     def _aim(self, given: Floats | Ints) -> None:
         kind = given.dtype.kind
         if given.shape != self._shape or kind not in "iuf":
-            raise InputError(f"actions are {given.dtype} {given.shape}; write integers of shape {self._shape}")
+            wanted = f"integers (levels) or floats (m/s^2) of shape {self._shape}"
+            raise InputError(f"actions are {given.dtype} {given.shape}; write {wanted}")
         if kind == "f":
             self._aim_at(given.astype(np.float64))
             return
@@ -302,7 +303,7 @@ class Simulator:
             levels = f"write 0 to {self.scenario.num_actions - 1}"
             agent, row = divmod(bad, self.num_rows)
             action = given[row] if self.num_agents == 1 else given[row, agent]
-            raise InputError(f"action {action} is not a level of {self.scenario.id!r}; {levels}")
+            raise InputError(f"action {action} of row {row} is not a level of {self.scenario.id!r}; {levels}")
 
     def _aim_at(self, accelerations: Floats) -> None:
         low, high = self._levels[0], self._levels[-1]
@@ -317,7 +318,7 @@ class Simulator:
 
 
 def _require_index(name: str, value: Any, count: int) -> None:
-    require_value(is_integer(value) and 0 <= value < count, name, value, f"0 to {count - 1}")
+    require_value(is_integer(value) and 0 <= value < count, name, repr(value), f"0 to {count - 1}")
 
 
 def _require_mask(chosen: Any, rows: int) -> None:
@@ -327,6 +328,8 @@ def _require_mask(chosen: Any, rows: int) -> None:
 
 def _as_keys(seeds: ArrayLike, num_rows: int) -> Keys:
     values = np.asarray(seeds)
-    if values.shape != (num_rows,) or values.dtype.kind not in "iu" or (values.dtype.kind == "i" and values.min() < 0):
-        raise InputError(f"seeds must be {num_rows} integers in [0, 2^64); got {values.dtype} {values.shape}")
+    if values.shape != (num_rows,) or values.dtype.kind not in "iu":
+        raise InputError(f"seeds are {values.dtype} {values.shape}; write {num_rows} integers from 0 to 2^64 - 1")
+    if values.dtype.kind == "i" and values.min() < 0:
+        raise InputError(f"a seed is {values.min()}; write integers from 0 to 2^64 - 1")
     return values.astype(np.uint64)

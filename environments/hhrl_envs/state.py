@@ -28,6 +28,8 @@ def read(state: Mapping[str, NDArray[Any]], name: str, like: NDArray[Any]) -> ND
     Raises:
         InputError: if there is none or it has not.
     """
+    if not isinstance(state, Mapping):
+        raise InputError(f"the state is a {type(state).__name__}; write what state() has returned")
     found = state.get(name)
     if found is None or found.shape != like.shape or found.dtype != like.dtype:
         what = "nothing" if found is None else f"{found.dtype} {found.shape}"

@@ -47,7 +47,10 @@ class Window:
         try:
             pygame.display.init()
         except pygame.error as refused:
-            raise InputError(f"no screen for render_mode 'human' ({refused}); write 'rgb_array' instead") from refused
+            raise _no_screen(str(refused)) from refused
+        if pygame.display.get_driver() == "offscreen" and "offscreen" not in os.environ.get("SDL_VIDEODRIVER", ""):
+            pygame.display.quit()
+            raise _no_screen("there is no display")
         self._window = pygame.Window(self._title, (width, height))
 
     def _listen(self) -> None:
@@ -59,3 +62,7 @@ class Window:
                 pygame.event.post(event)
             elif event.type == pygame.WINDOWCLOSE:
                 self.close()
+
+
+def _no_screen(why: str) -> InputError:
+    return InputError(f"no screen for render_mode 'human' ({why}); write 'rgb_array' instead")

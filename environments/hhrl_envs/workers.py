@@ -14,10 +14,15 @@ class Workers:
     """``count`` threads beside the caller's, which end with this object."""
 
     def __init__(self, count: int) -> None:
+        self._count = count
         self._tasks: SimpleQueue[Task | None] = SimpleQueue()
         for _ in range(count):
             Thread(target=_work, args=(self._tasks,), daemon=True).start()
             finalize(self, self._tasks.put, None)
+
+    def __reduce__(self) -> tuple[type["Workers"], tuple[int]]:
+        """Return how to copy or unpickle them: as new threads, for what they do is over between two calls."""
+        return Workers, (self._count,)
 
     def run(self, function: Callable[..., Any], calls: Sequence[Call]) -> list[Any]:
         """Return what ``function`` returns for the arguments of each call, in any order; the first call is run here.

@@ -100,6 +100,19 @@ def test_in_copies_of_an_environment(scenario_id: str, fronts: int) -> None:
             assert other.state().tobytes() == env.state().tobytes()
 
 
+def test_in_copies_of_a_batch_that_threads_share() -> None:
+    envs = StopLineVectorEnv(300, threads=2)
+    envs.reset(seed=SEED)
+    actions = np.full(300, 4)
+    for _ in range(40):
+        envs.step(actions)
+    copies = copy.deepcopy(envs), pickle.loads(pickle.dumps(envs))  # noqa: S301  (made here)
+    for _ in range(40):
+        told = envs.step(actions)
+        for other in copies:
+            assert pickle.dumps(other.step(actions)) == pickle.dumps(told)
+
+
 @EACH
 def test_in_the_pettingzoo_view(scenario_id: str, fronts: int) -> None:
     simulator = Simulator(get_scenario(scenario_id), 1, learned_fronts=fronts)

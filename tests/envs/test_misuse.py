@@ -50,6 +50,12 @@ def test_actions(action: Any) -> None:
     assert parallel.step({EGO: 5})[0][EGO] == pytest.approx(single.step(np.int64(5))[0])
 
 
+def test_a_reset_of_some_rows_alone() -> None:
+    envs = StopLineVectorEnv(2)
+    envs.reset(seed=1, options={})
+    refused(lambda: envs.reset(options={"reset_mask": np.array([True, False])}), "a 'reset_mask'; leave it out")
+
+
 @pytest.mark.parametrize("actions", [{}, {"egon": 0}, {EGO: 0, "front_1": 0}, 3, None, [0]], ids=repr)
 def test_agents_of_a_step(actions: Any) -> None:
     env = StopLineParallelEnv()

@@ -58,7 +58,11 @@ def test_shapes_of_actions_for_several_agents(shape: tuple[int, ...], kind: type
     simulator = Simulator(MAIN, 3, learned_fronts=2)
     simulator.reset(np.arange(3))
     before = simulator.steps
-    refused(lambda: simulator.step(np.zeros(shape, kind)), "actions are", "write integers of shape (3, 3)")
+    refused(
+        lambda: simulator.step(np.zeros(shape, kind)),
+        "actions are",
+        "write integers (levels) or floats (m/s^2) of shape (3, 3)",
+    )
     assert (simulator.steps == before).all()
 
 

@@ -218,7 +218,7 @@ def test_step_before_reset_and_bad_seeds_are_errors() -> None:
     with pytest.raises(InputError, match="reset"):
         simulator.step(np.array([0, 0]))
     for seeds in ([-1, 2], [1], [0.5, 1.0]):
-        with pytest.raises(InputError, match="seeds"):
+        with pytest.raises(InputError, match="seed"):
             simulator.reset(seeds)
     with pytest.raises(InputError, match="num_rows"):
         Simulator(MAIN, 0)
@@ -245,7 +245,11 @@ def test_the_unsafe_exponential_is_exact_to_the_last_bits() -> None:
         (lambda s: s.of_agent(1), "agent is 1; write 0 to 0"),
         (lambda s: s.next_episode([True] * 3), "chosen is"),
         (lambda s: s.next_episode(np.ones(2, np.bool_)), "3 truth values"),
-        (lambda s: s.step(np.array([0, 2**63, 0], np.uint64)), "action 9223372036854775808"),
+        (lambda s: s.step(np.array([0, 2**63, 0], np.uint64)), "action 9223372036854775808 of row 1"),
+        (lambda s: s.key("a"), "row is 'a'; write 0 to 2"),
+        (lambda s: s.reset([5, -1, 2]), "a seed is -1; write integers from 0 to"),
+        (lambda s: s.reset([5, 1]), "seeds are int64 .* write 3 integers"),
+        (lambda s: s.restore(None), "the state is a NoneType"),
     ],
 )
 def test_rows_agents_and_masks_that_are_not_there_are_named(misuse: Callable[[Simulator], object], words: str) -> None:

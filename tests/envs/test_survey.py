@@ -1,8 +1,9 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from hhrl_envs import Road, Signal, Simulator, Traffic, get_scenario
+from hhrl_envs import InputError, Road, Signal, Simulator, Traffic, get_scenario
 from hhrl_envs.survey import feasible_share
 
 MAIN = get_scenario("stop-line-v0")
@@ -22,7 +23,9 @@ def test_rejected_worlds_count() -> None:
 
 
 def test_a_road_without_traffic_is_always_feasible() -> None:
-    assert feasible_share(get_scenario("solo-stop-v0"), 200) == 1.0
+    assert feasible_share(get_scenario("solo-stop-v0"), 200) == feasible_share("solo-stop-v0", 200) == 1.0
+    with pytest.raises(InputError, match="worlds is 0; write an integer, at least 1"):
+        feasible_share("solo-stop-v0", 0)
 
 
 def test_who_cannot_stop_before_the_line_cannot_succeed() -> None:

@@ -119,8 +119,12 @@ def test_the_aec_view_is_told_the_option_too() -> None:
     assert not np.array_equal(np.asarray(env.render()), np.asarray(before))
 
 
-def test_a_machine_without_a_screen_is_told_what_to_write(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "nothing")
+@pytest.mark.parametrize("driver", ["nothing", None], ids=str)
+def test_a_machine_without_a_screen_is_told_what_to_write(monkeypatch: pytest.MonkeyPatch, driver: str | None) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    if driver is not None:
+        monkeypatch.setenv("SDL_VIDEODRIVER", driver)
     code = "from hhrl_envs import triad; triad('follow-v0').parallel_env(render_mode='human').reset(seed=1)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     last = done.stderr.splitlines()[-1]
