@@ -1,7 +1,6 @@
 """The figure of trainings: how their episodes ended, in training and in testing, report by report."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +24,8 @@ LINES: Mapping[str, Line] = {
 def save_trainings(trainings: Sequence[TrainingOutcomesRecord], folder: Path) -> list[Path]:
     """Return the files written into the folder, SVG and PNG: the figure of the trainings, from left to right.
 
-    Where they are too many for one, every method has its own.
+    Where they are too many for one, every method has its own; trainings on several tasks then have none, as the
+    figures would be larger than all else that is published of them.
 
     Raises:
         OutputError: if a file cannot be written.
@@ -41,26 +41,20 @@ def _pages(trainings: Sequence[TrainingOutcomesRecord]) -> dict[str, Sequence[Tr
     """Return the trainings of every figure, by its name."""
     if len(trainings) <= _ABREAST:
         return {"training-outcomes": trainings}
-    methods = dict.fromkeys(one.method for one in trainings)
-    return {f"training-outcomes-{method}": [one for one in trainings if one.method == method] for method in methods}
+    if len({one.task for one in trainings}) > 1:
+        return {}
+    return {f"training-outcomes-{one.method}": [one] for one in trainings}
 
 
 def draw_trainings(trainings: Sequence[TrainingOutcomesRecord]) -> Figure:
-    """Return the figure: a column a training, the episodes that it learned from above, validation episodes below.
-
-    More than three trainings stand in several such rows.
-    """
-    rows, columns = ceil(len(trainings) / _ABREAST), min(len(trainings), _ABREAST)
-    size = (max(1.2 + 3.0 * columns, 6.5), 0.8 + 4.8 * rows)
-    figure = fig.new_figure(*size, "How episodes end while an agent learns", f"{BAND}, by report")
-    grid = figure.subplots(2 * rows, columns, sharey=True, squeeze=False)
-    pairs = [pair for row in range(rows) for pair in grid[2 * row : 2 * row + 2].T]
-    for pair, training in zip(pairs, trainings, strict=False):
+    """Return the figure: a column a training, the episodes that it learned from above, validation episodes below."""
+    width = max(1.2 + 3.0 * len(trainings), 6.5)
+    figure = fig.new_figure(width, 5.6, "How episodes end while an agent learns", f"{BAND}, by report")
+    grid = figure.subplots(2, len(trainings), sharey=True, squeeze=False)
+    for pair, training in zip(grid.T, trainings, strict=True):
         _draw_training(pair, training)
-    for axes in (axes for pair in pairs[len(trainings) :] for axes in pair):
-        axes.set_axis_off()
-    for place, axes in enumerate(grid[:, 0]):
-        axes.set_ylabel(("training episodes", "validation episodes")[place % 2])
+    for axes, label in zip(grid[:, 0], ("training episodes", "validation episodes"), strict=True):
+        axes.set_ylabel(label)
     legend_below(figure, LINES.values())
     return figure
 
