@@ -31,6 +31,7 @@ from hhrl_envs.validation import is_integer
 from hhrl_envs.workers import Workers
 
 MAX_ATTEMPTS = 1000
+_PIECES = 4  # of the rows, for each thread
 
 
 class Results(NamedTuple):
@@ -75,7 +76,8 @@ class Simulator:
         self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
         self._workers = Workers(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
-        self._slices = list(pairwise(np.linspace(0, self._blocks, threads + 1).astype(int).tolist()))
+        pieces = 1 if threads == 1 else min(_PIECES * threads, self._blocks)
+        self._slices = list(pairwise(np.linspace(0, self._blocks, pieces + 1).astype(int).tolist()))
         self._special = True if learned_fronts or not scenario.plain else None
         self._ended, self._ready, self._direction = 0, False, 0
 

@@ -1,5 +1,9 @@
-"""Threads that share the work of one step; a handover costs some 20 us, half of what futures cost."""
+"""Threads that share the work of one step: a thread takes the next piece as soon as it is done with one.
 
+To wake a thread takes some 50 us, in which the caller goes on alone; what a late thread finds done it leaves alone.
+"""
+
+from collections import deque
 from collections.abc import Callable, Sequence
 from queue import SimpleQueue
 from threading import Thread
@@ -7,7 +11,34 @@ from typing import Any
 from weakref import finalize
 
 Call = tuple[Any, ...]
-Task = tuple[Callable[..., Any], Call, "SimpleQueue[Any]"]
+
+
+class _Work:
+    """Calls of one function that several threads take from, and what they returned or raised."""
+
+    def __init__(self, function: Callable[..., Any], calls: Sequence[Call]) -> None:
+        self._function, self._left, self._count = function, deque(calls), len(calls)
+        self._told: SimpleQueue[Any] = SimpleQueue()
+
+    def share(self) -> None:
+        """Return nothing; do calls until none is left."""
+        while self._left:
+            try:
+                call = self._left.popleft()
+            except IndexError:  # another thread was quicker
+                return
+            try:
+                self._told.put(self._function(*call))
+            except BaseException as error:  # noqa: BLE001  (the caller raises it)
+                self._told.put(error)
+
+    def told(self) -> list[Any]:
+        """Return what all calls returned, in any order, once they are done; an error in any of them is raised."""
+        results = [self._told.get() for _ in range(self._count)]
+        for result in results:
+            if isinstance(result, BaseException):
+                raise result
+        return results
 
 
 class Workers:
@@ -15,7 +46,7 @@ class Workers:
 
     def __init__(self, count: int) -> None:
         self._count = count
-        self._tasks: SimpleQueue[Task | None] = SimpleQueue()
+        self._tasks: SimpleQueue[_Work | None] = SimpleQueue()
         for _ in range(count):
             Thread(target=_work, args=(self._tasks,), daemon=True).start()
             finalize(self, self._tasks.put, None)
@@ -25,25 +56,17 @@ class Workers:
         return Workers, (self._count,)
 
     def run(self, function: Callable[..., Any], calls: Sequence[Call]) -> list[Any]:
-        """Return what ``function`` returns for the arguments of each call, in any order; the first call is run here.
+        """Return what ``function`` returns for the arguments of each call, in any order.
 
-        An error in any of them is raised once the own call is done.
+        An error in any of them is raised once all are done.
         """
-        own, *others = calls
-        told: SimpleQueue[Any] = SimpleQueue()
-        for call in others:
-            self._tasks.put((function, call, told))
-        results = [function(*own), *(told.get() for _ in others)]
-        for result in results:
-            if isinstance(result, BaseException):
-                raise result
-        return results
+        work = _Work(function, calls)
+        for _ in range(self._count):
+            self._tasks.put(work)
+        work.share()
+        return work.told()
 
 
-def _work(tasks: "SimpleQueue[Task | None]") -> None:
-    while (task := tasks.get()) is not None:
-        function, call, told = task
-        try:
-            told.put(function(*call))
-        except BaseException as error:  # noqa: BLE001  (the caller raises it)
-            told.put(error)
+def _work(tasks: "SimpleQueue[_Work | None]") -> None:
+    while (work := tasks.get()) is not None:
+        work.share()

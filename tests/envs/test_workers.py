@@ -14,7 +14,17 @@ def test_every_call_is_run_and_only_one_of_them_here() -> None:
         return number, threading.get_ident() == here
 
     told = Workers(2).run(run, [(0,), (1,), (2,)])
-    assert sorted(told) == [(0, True), (1, False), (2, False)]
+    assert sorted(number for number, _ in told) == [0, 1, 2]
+    assert [own for _, own in told].count(True) == 1
+
+
+def test_nobody_waits_for_a_thread_that_is_busy_elsewhere() -> None:
+    workers, free = Workers(1), threading.Event()
+    busy = threading.Thread(target=lambda: workers.run(lambda _: free.wait(timeout=60), [(0,), (1,)]))
+    busy.start()
+    assert sorted(workers.run(lambda number: number, [(number,) for number in range(5)])) == [0, 1, 2, 3, 4]
+    free.set()
+    busy.join()
 
 
 @pytest.mark.parametrize("wrong", [0, 1])
