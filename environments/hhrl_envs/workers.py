@@ -1,7 +1,7 @@
 """Threads that share the work of one step: the caller takes pieces from the first on, the others from the last on.
 
-To wake a thread takes some 50 us, in which the caller goes on alone; what a late thread finds done it leaves alone. That
-all begin where they began before keeps what they need in the caches of their cores.
+To wake a thread takes some 50 us, in which the caller goes on alone; what a late thread finds done it leaves alone.
+As all begin where they began before, what they need is still in the caches of their cores.
 """
 
 from collections import deque
