@@ -39,7 +39,8 @@ def save_training_curves(trainings: Trainings, folder: Path) -> list[Path]:
 
 def rivals(trainings: Trainings) -> dict[str, Trainings]:
     """Return the trainings of every task on which there are several, by task."""
-    groups = {task: [one for one in trainings if one.task == task] for task in (one.task for one in trainings)}
+    tasks = dict.fromkeys(one.task for one in trainings)
+    groups = {task: [one for one in trainings if one.task == task] for task in tasks}
     return {task: group for task, group in groups.items() if len(group) > 1}
 
 

@@ -81,8 +81,6 @@ def as_learned_fronts(count: int | None, scenario: Scenario) -> int:
     """Return how many front vehicles are agents: the scenario's own number where it is None."""
     if count is None:
         return scenario.learned_fronts or 0
-    most = scenario.traffic.max_fronts
-    require_value(is_integer(count), "learned_fronts", repr(count), f"an integer, at most {most} for {scenario.id!r}")
     scenario.require_fronts(count)
     return operator.index(count)
 

@@ -28,6 +28,7 @@ from hhrl_envs.validation import (
     instances,
     integer,
     interval,
+    is_integer,
     number,
     optional,
     positive,
@@ -323,8 +324,8 @@ class Scenario:
         if self.goal == Goal.FOLLOW or most == 0:
             lack = "goal FOLLOW has no place for learned ones" if most else "its traffic has no front vehicles"
             most, allowed = 0, f"{allowed}: {lack}"
-        if not 0 <= learned <= most:
-            raise InputError(f"learned_fronts is {learned}; write {f'0 to {most}' if most else '0'} {allowed}")
+        if not (is_integer(learned) and 0 <= learned <= most):
+            raise InputError(f"learned_fronts is {learned!r}; write {f'0 to {most}' if most else '0'} {allowed}")
 
     @property
     def num_actions(self) -> int:
