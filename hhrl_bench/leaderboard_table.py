@@ -6,6 +6,7 @@ from hhrl_bench.comparison_table import print_comparisons
 from hhrl_bench.details_table import print_details
 from hhrl_bench.efficiency_table import print_efficiencies
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.overview_table import print_overview, spans_tasks
 from hhrl_bench.reference import compared_to_best
 from hhrl_bench.table import print_results
 from hhrl_bench.training_table import print_trainings
@@ -13,12 +14,15 @@ from hhrl_bench.transfer_table import print_transfers
 
 
 def print_leaderboard(console: Console, board: LeaderboardRecord, *, details: bool = False) -> None:
-    """Return nothing; print the results of every task, transfers and trainings.
+    """Return nothing; print the results of every task, what agents do across tasks, transfers and trainings.
 
     With ``details`` also the worst cases, how far every agent is from the best, and how soon methods succeed.
     """
     for task in board.tasks:
         print_results(console, task, board.on(task))
+    if spans_tasks(board):
+        console.print()
+        print_overview(console, board)
     if details:
         console.print()
         print_details(console, board)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from hhrl_bench import sheets
 from hhrl_bench.cells import NONE, Cell
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.overview_table import contestants, spans_tasks
 from hhrl_bench.records import ResultRecord, TaskRecord
 from hhrl_bench.reference import compared_to_best, success
 from hhrl_bench.sheets import Group, Row, Sheet
@@ -31,6 +32,7 @@ def markdown(boards: Mapping[str, LeaderboardRecord]) -> str:
     tasks = dict.fromkeys(task for board in boards.values() for task in board.tasks)
     made = "\n".join(_made(name, board) for name, board in boards.items())
     blocks = [f"# Leaderboard of the suite {plain(suites)}", f"Each entry, and what made it:\n\n{made}"]
+    blocks += _overview(list(tasks), boards)
     for task in tasks:
         blocks += _task(task, boards)
     for name, board in boards.items():
@@ -41,6 +43,13 @@ def markdown(boards: Mapping[str, LeaderboardRecord]) -> str:
 def plain(text: str) -> str:
     """Return Markdown that shows a text as it is, on one line, whatever it holds."""
     return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
+
+
+def _overview(tasks: Sequence[TaskRecord], boards: Mapping[str, LeaderboardRecord]) -> Iterator[str]:
+    """Yield the blocks of what agents do across tasks, if any does several."""
+    if any(map(spans_tasks, boards.values())):
+        entries = [name for name, board in boards.items() for _ in contestants(board)]
+        yield from _sheet(_marked(sheets.overview_sheet(tasks, list(boards.values())), entries), "##")
 
 
 def _task(task: TaskRecord, boards: Mapping[str, LeaderboardRecord]) -> Iterator[str]:

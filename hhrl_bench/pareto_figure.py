@@ -103,7 +103,8 @@ def _draw_task(axes: Axes, places: Sequence[Place], known: Mapping[str, Look]) -
         if place.agent not in beyond:
             _draw_place(axes, place, known[place.agent])
     if beyond:
-        axes.set_title("\n".join((axes.get_title(loc="left"), fill(f"beyond: {', '.join(beyond)}", _LETTERS))))
+        missing = fill(f"beyond: {', '.join(beyond)}", _LETTERS, break_on_hyphens=False)
+        axes.set_title(f"{axes.get_title(loc='left')}\n{missing}")
     axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])

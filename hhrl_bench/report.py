@@ -16,6 +16,7 @@ from hhrl_bench import sheets
 from hhrl_bench.cells import NONE
 from hhrl_bench.leaderboard_figures import save_leaderboard_figures
 from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.overview_table import spans_tasks
 from hhrl_bench.records import TaskRecord
 from hhrl_bench.reference import compared_to_best
 from hhrl_bench.seeds import format_seeds
@@ -59,6 +60,7 @@ def html(board: LeaderboardRecord, store: Store) -> str:
         dash=NONE,
         agents=list(dict.fromkeys(result.agent for result in board.results)),
         seeds=_seeds(board),
+        overview=sheets.overview_sheet(board.tasks, [board]) if spans_tasks(board) else None,
         sections=[_section(board, task) for task in board.tasks],
         learning=list(_learning(board)),
         figures=_figures(board, store),

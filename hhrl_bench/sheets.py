@@ -4,11 +4,13 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import NamedTuple
 
-from hhrl_bench import details_table, efficiency_table, paper, table, training_table, transfer_table
+from hhrl_bench import details_table, efficiency_table, overview_table, paper, table, training_table, transfer_table
 from hhrl_bench.cells import COLUMNS, Cell, mean_cell, metric_cell, paper_cell
 from hhrl_bench.comparison_records import PairwiseRecord
 from hhrl_bench.comparison_table import INTERVALS, MEANING, comparison_cells
 from hhrl_bench.efficiency_records import EfficiencyRecord
+from hhrl_bench.leaderboard_record import LeaderboardRecord
+from hhrl_bench.overview_table import contestant, contestants, success_cell
 from hhrl_bench.records import ResultRecord, RunRecord, TaskRecord
 from hhrl_bench.seeds import format_seeds
 from hhrl_bench.training_records import TrainingOutcomesRecord
@@ -42,7 +44,7 @@ class Sheet(NamedTuple):
 
 def results_sheet(task: TaskRecord, results: Sequence[ResultRecord]) -> Sheet:
     """Return the nine columns of Table I, and below them the paper's rows where the task is one of its."""
-    groups = [Group("", tuple(Row(_agent(result), (*_measured(result), _seeds(result))) for result in results))]
+    groups = [Group("", tuple(Row(contestant(result), (*_measured(result), _seeds(result))) for result in results))]
     if task.id in paper.TASKS:
         printed = (Row(row.policy, (*(paper_cell(column, row) for column in COLUMNS), Cell())) for row in paper.TABLE_I)
         groups.append(Group("the paper", tuple(printed)))
@@ -50,16 +52,30 @@ def results_sheet(task: TaskRecord, results: Sequence[ResultRecord]) -> Sheet:
     return Sheet("Results", headings, tuple(groups), tuple(table.notes(task, results)))
 
 
+def overview_sheet(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> Sheet:
+    """Return how often every contestant of every leaderboard succeeds on each of its tasks."""
+    rows = tuple(
+        Row(name, tuple(success_cell(own.get(task.id) if task in board.tasks else None) for task in tasks))
+        for board in boards
+        for name, own in contestants(board).items()
+    )
+    headings = ("agent", *(task.id for task in tasks))
+    return Sheet("Success on every task", headings, (Group("", rows),), overview_table.notes(tasks, boards))
+
+
 def details_sheet(task: TaskRecord, results: Sequence[ResultRecord]) -> Sheet:
     """Return the worst training seed of every result, its collisions, and how severe its episodes are."""
-    rows = tuple(Row(_agent(result), details_table.detail_cells(task, result)) for result in results)
+    rows = tuple(Row(contestant(result), details_table.detail_cells(task, result)) for result in results)
     return Sheet("Worst cases", ("agent", *_lines(details_table.HEADINGS)), (Group("", rows),), details_table.NOTES)
 
 
 def runs_sheet(results: Sequence[ResultRecord]) -> Sheet:
     """Return every training seed of the results that have some, with the env steps that its checkpoint was trained."""
     groups = [
-        Group(_agent(result), tuple(Row(f"seed {run.training.seed}", _run(run)) for run in result.runs if run.training))
+        Group(
+            contestant(result),
+            tuple(Row(f"seed {run.training.seed}", _run(run)) for run in result.runs if run.training),
+        )
         for result in results
         if result.seeds
     ]
@@ -95,10 +111,6 @@ def trainings_sheet(records: Sequence[TrainingOutcomesRecord]) -> Sheet:
     headings = (f"{part} {outcome.replace('_', ' ')}" for part in ("training", "testing") for outcome in SHOWN)
     groups = tuple(Group(training_table.title(record), _reports(record)) for record in records)
     return Sheet("How the episodes of trainings end", ("report", *headings), groups, training_table.NOTES)
-
-
-def _agent(result: ResultRecord) -> str:
-    return f"{result.agent}, {result.option} held" if result.option else result.agent
 
 
 def _measured(result: ResultRecord) -> list[Cell]:

@@ -19,6 +19,7 @@ from hhrl_bench.executors import HERE, Execution
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.leaderboard_table import print_leaderboard
 from hhrl_bench.loading import require_playable
+from hhrl_bench.overview_table import print_overview
 from hhrl_bench.seeds import parse_seeds
 from hhrl_bench.status import print_status, study_board, study_status
 from hhrl_bench.study import Study, suite_study, transfer_study
@@ -62,8 +63,6 @@ def transfer(
 
 def robustness(agents: Sequence[str], episodes: int, *, as_json: bool) -> bool:
     """Return whether every agent was scored on the robustness suite's tasks; print a leaderboard, or a row an agent."""
-    from hhrl_bench.robustness import print_robustness  # noqa: PLC0415
-
     suite = replace(cast(ScoreSuite, get_suite("robustness")), agents=tuple(agents), episodes=episodes)
     require_playable(agents, get_task(suite.tasks[0]))
     command = shlex.join(["hhrl-bench", "robustness", *agents, "--episodes", str(episodes)])
@@ -72,7 +71,7 @@ def robustness(agents: Sequence[str], episodes: int, *, as_json: bool) -> bool:
     if board and as_json:
         typer.echo(board.model_dump_json(indent=2))
     elif board:
-        print_robustness(console(), board)
+        print_overview(console(), board)
     return board is not None
 
 

@@ -63,7 +63,7 @@ def test_success_has_its_interval_and_the_command_its_commit(page: str) -> None:
     board = whole_board()
     success, commit = board.results[2].metrics.success, board.provenance.git_commit
     assert None not in {success.mean, success.low, success.high}
-    row = next(row for row in tables(page)[0] if row[0].strip() == "rule-4")
+    row = next(row for row in tables(page)[1] if row[0].strip() == "rule-4")
     assert re.fullmatch(r"\d+\.\d% \(\d+(\.\d)?, \d+(\.\d)?\)", row[9].strip())
     assert not [cell for cell in row[1:9] if "(" in cell]
     assert board.provenance.command in page
