@@ -1,5 +1,6 @@
 """The command line: exit code 0 done, 1 a check did not hold, 2 bad usage or input, said in one line."""
 
+import os
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -33,10 +34,13 @@ class OneLineErrors(TyperGroup):
         """Return nothing; run the command line and leave with its exit code."""
         try:
             code = super().main(*args, **{**kwargs, "standalone_mode": False})
+            sys.stdout.flush()  # here, where a full disk or a reader that has left can still be answered
         except Exception as error:
             message = _message(error)
             if message is None:
                 raise
+            if isinstance(error, OSError):
+                _close_stdout()
             typer.echo("hhrl-bench: " + " ".join(message.split()), err=True)
             code = 2
         if code == INTERRUPTED:
@@ -44,10 +48,18 @@ class OneLineErrors(TyperGroup):
         sys.exit(code if isinstance(code, int) else 0)
 
 
+def _close_stdout() -> None:
+    """Return nothing; what stdout still holds and nobody takes is dropped, not tried again when Python ends."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _message(error: Exception) -> str | None:
     """Return what to say of bad usage or input; None for a fault of ours, which keeps its traceback."""
     if hasattr(error, "format_message"):
-        return str(error.format_message())
+        return str(error.format_message()).replace("Value error, ", "")
     if isinstance(error, OSError) and error.strerror:
         return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
     if isinstance(error, ValueError):

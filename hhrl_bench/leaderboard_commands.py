@@ -2,15 +2,18 @@
 
 import json
 import secrets
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import typer
 
 from hhrl_agents.files import write_atomically
 from hhrl_bench import leaderboard
 from hhrl_bench.differences import Finding
+from hhrl_bench.errors import RecordError
 from hhrl_bench.fresh import check_fresh
+from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.leaderboard_table import print_leaderboard
 from hhrl_bench.level import Level
 from hhrl_bench.markdown_tables import markdown
@@ -18,7 +21,15 @@ from hhrl_bench.progress import progress
 from hhrl_bench.publication import INDEX, check_index, entry_paths, of_suite, require_submittable, write_index
 from hhrl_bench.store import Store
 from hhrl_bench.terminal import console
-from hhrl_bench.verification import checked_results, verify
+from hhrl_bench.verification import checked_results, reached, verify
+
+
+class Verified(NamedTuple):
+    """What was found in a file of published entries, and how far it is verified; None where it is no entry."""
+
+    path: Path
+    findings: list[Finding]
+    level: Level | None
 
 
 def verify_entries(
@@ -26,27 +37,28 @@ def verify_entries(
 ) -> bool:
     """Return whether all holds; verify entries, or those of folders and their index; print what does not hold."""
     seed = secrets.randbelow(10**9) if seed is None else seed
-    found: dict[str, list[Finding]] = {}
+    found: list[Verified] = []
     for path in paths:
         if path.is_dir():
-            found[str(path / INDEX)] = list(check_index(path))
-        for file in entry_paths(path) if path.is_dir() else [path]:
-            found[str(file)] = list(_verify(file, level, sample, fresh, seed))
+            found.append(Verified(path / INDEX, list(check_index(path)), None))
+        files = entry_paths(path) if path.is_dir() else [path]
+        found += [_verify(file, level, sample, fresh, seed) for file in files]
     if as_json:
-        rows = [{"entry": name, **finding._asdict()} for name, findings in found.items() for finding in findings]
-        typer.echo(json.dumps({"level": level, "findings": rows}, indent=2))
+        rows = [{"entry": str(one.path), **finding._asdict()} for one in found for finding in one.findings]
+        reached = {str(one.path): one.level for one in found if one.level}
+        typer.echo(json.dumps({"level": level, "verified": reached, "findings": rows}, indent=2))
     else:
-        _print(found, level)
+        _print(found)
         if sample or fresh:
             typer.echo(f"drawn by --seed {seed}", err=True)
-    return not any(found.values())
+    return not any(one.findings for one in found)
 
 
 def build(folder: Path, level: Level) -> bool:
     """Return whether every entry in a folder is verified up to ``level``; if so write its index, schema and tables."""
-    found = {str(path): list(_verify(path, level)) for path in entry_paths(folder)}
-    _print(found, level)
-    if any(found.values()):
+    found = [_verify(path, level) for path in entry_paths(folder)]
+    _print(found)
+    if any(one.findings for one in found):
         return False
     index = write_index(folder, level)
     for suite in dict.fromkeys(entry.suite for entry in index.entries):
@@ -59,9 +71,9 @@ def submit(path: Path, name: str, folder: Path) -> bool:
     """Return whether an entry was verified, agents run again where they can be, and put into a folder under a name."""
     board = leaderboard.read(path)
     require_submittable(board, name, folder)
-    found = {str(path): list(_verify(path, Level.RERUN))}
-    _print(found, Level.RERUN)
-    if any(found.values()):
+    found = _verify(path, Level.RERUN)
+    _print([found])
+    if found.findings:
         typer.echo("hhrl-bench: nothing was submitted", err=True)
         return False
     target = folder / f"{name}.json"
@@ -84,24 +96,30 @@ def show_schema() -> None:
     typer.echo(leaderboard.schema(), nl=False)
 
 
-def _verify(
-    path: Path, level: Level, sample: int | None = None, fresh: int | None = None, seed: int = 0
-) -> Iterator[Finding]:
+def _verify(path: Path, level: Level, sample: int | None = None, fresh: int | None = None, seed: int = 0) -> Verified:
+    if path.name == INDEX:
+        raise RecordError(f"{path} is the index of a folder of entries; verify the folder: {path.parent}")
     board, store = leaderboard.read(path), Store(path.parent)
     with progress(f"verify {path.name}") as update:
-        yield from verify(board, store, level, update, sample, seed)
-        if fresh is not None:
-            yield from check_fresh(board, store, fresh, seed, update)
-    yield from leaderboard.respelt(path, board)
+        found = list(verify(board, store, level, update, sample, seed))
+        if fresh is not None and not found:
+            found += check_fresh(board, store, fresh, seed, update)
+    found += leaderboard.respelt(path, board)
+    if not found:
+        _say_not_run(path, board, store, asked=level == Level.RERUN or fresh is not None)
+    return Verified(path, list(dict.fromkeys(found)), None if found else reached(board, store, level))
+
+
+def _say_not_run(path: Path, board: LeaderboardRecord, store: Store, *, asked: bool) -> None:
     own = [one for one in checked_results(board, store) if not one.playable]
-    if own and (level == Level.RERUN or fresh is not None):
+    if own and asked:
         why = "they are a user's own code" if board.checkpoints_published else "their checkpoints are not published"
         typer.echo(f"hhrl-bench: {path}: {len(own)} of {len(board.results)} results were not run: {why}", err=True)
 
 
-def _print(found: dict[str, list[Finding]], level: Level) -> None:
-    for name, findings in found.items():
-        for finding in findings:
-            typer.echo(f"{name}: {finding}")
-        if not findings:
-            typer.echo(f"{name}: {level}")
+def _print(found: Sequence[Verified]) -> None:
+    for one in found:
+        for finding in one.findings:
+            typer.echo(f"{one.path}: {finding}")
+        if not one.findings:
+            typer.echo(f"{one.path}: {one.level or 'names every entry and file'}")

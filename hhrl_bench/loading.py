@@ -8,6 +8,7 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
@@ -62,14 +63,22 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
     path = Path(source)
     if _holds(path.is_dir):
         return _load_directory(path, scenario)
-    if _holds(path.is_file):
+    if _holds(path.is_file) and path.suffix != ".py":
         return [_load_checkpoint(path, scenario)]
     if ":" in name:
         return [LoadedAgent("factory", _call_factory(name, scenario))]
+    if path.suffix == ".py":
+        raise AgentError(f"{name!r} is a file of Python; write module:factory, such as {path.stem}:make_agent")
     raise AgentError(
-        f"unknown agent {name!r}; write a checkpoint file, a run directory, module:factory, or one of: "
+        f"unknown agent {name!r}{_likely(name)}; write a checkpoint file, a run directory, module:factory, or one of: "
         + ", ".join([*RULES, *shipped_methods()])
     )
+
+
+def _likely(name: str) -> str:
+    """Return the question whether a registered agent was meant whose name is nearly this one, if there is one."""
+    near = get_close_matches(name.replace("_", "-"), [*RULES, *shipped_methods()], n=1)
+    return f", did you mean {near[0]}" if near else ""
 
 
 def require_playable(sources: Sequence[str], task: Task) -> None:

@@ -17,6 +17,7 @@ from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.level import Level
 from hhrl_bench.records import SCHEMA_VERSION, first_problem
 from hhrl_bench.store import Store, sha256_of
+from hhrl_bench.verification import reached
 
 INDEX, SCHEMA = "INDEX.json", "schema.json"
 NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,60}")
@@ -36,6 +37,8 @@ def entry_paths(folder: Path) -> list[Path]:
 
 def write_index(folder: Path, level: Level) -> IndexRecord:
     """Return the index of a folder's entries, all of them just verified up to ``level``; it and the schema are written.
+
+    What of an entry cannot be run again makes it replayed at most.
 
     An entry that is the same and was verified as far before keeps the day on which it was.
     """
@@ -108,6 +111,7 @@ def _read_index(folder: Path) -> IndexRecord:
 
 def _entry(path: Path, level: Level, before: EntryRecord | None) -> EntryRecord:
     board, sha256 = leaderboard.read(path), sha256_of(path.read_bytes())
+    level = reached(board, Store(path.parent), level)
     verified = VerifiedRecord(
         level=level, day=datetime.now(UTC).date().isoformat(), package_version=hhrl_bench.__version__
     )

@@ -66,7 +66,9 @@ def _draw_options(canvas: Canvas, chart: Chart, moments: Sequence[Moment]) -> No
         if now.option is not None:
             left, right = chart.x(now.time), chart.x(after.time)
             canvas.rect(left, chart.bottom - 3, right - left, 6, OPTION_COLOURS[now.option])
-    canvas.text(chart.x(moments[-1].time), chart.legend, "bar on the axis: selected option, SSL or FFV", 18, GREY, "r")
+    canvas.text(
+        chart.x(moments[-1].time), chart.legend, "bar on the axis: the option, orange SSL, green FFV", 18, GREY, "r"
+    )
 
 
 def _times(moments: Sequence[Moment]) -> list[float]:

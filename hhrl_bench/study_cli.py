@@ -42,10 +42,13 @@ def _run(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Leaderboard file.", show_default="leaderboards/SUITE.json, or with --agent runs/SUITE/entry.json"
+            help="Leaderboard file.", show_default="leaderboards/SUITE.json; with --agent entry.json in --work"
         ),
     ] = None,
-    work: Annotated[Path | None, typer.Option(help="Folder of its trainings.", show_default="runs/SUITE")] = None,
+    work: Annotated[
+        Path | None,
+        typer.Option(help="Folder of its trainings.", show_default="runs/SUITE; with --agent runs/SUITE-agents"),
+    ] = None,
     executor: ExecutorOption = Executor.LOCAL,
     workers: WorkersOption = None,
     address: AddressOption = None,

@@ -32,7 +32,8 @@ from hhrl_envs.extras import require
 
 def run(suite_id: str, agents: Sequence[str], out: Path | None, work: Path | None, execution: Execution) -> bool:
     """Return whether every unit of the suite was done; write and print its leaderboard, or that of other agents."""
-    folder, suite = work or Path("runs") / suite_id, get_suite(suite_id)
+    suite = get_suite(suite_id)
+    folder = work or Path("runs") / (f"{suite_id}-agents" if agents else suite_id)
     if not agents:
         return _publish(suite_study(suite, folder), out or Path("leaderboards") / f"{suite_id}.json", folder, execution)
     study = suite_study(ScoreSuite(suite.id, tuple(agents), suite.tasks, suite.episodes), folder)

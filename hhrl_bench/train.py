@@ -123,9 +123,10 @@ def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Ite
     if resume and directory.finished(plan.seeds):
         directory.require_config(plan.config())
         return
-    directory.prepare(plan.config(), plan.seeds, resume=resume)
     with one_torch_thread():
-        yield from _Training(plan, directory).run(tensorboard=tensorboard)
+        training = _Training(plan, directory)  # what it lacks is said before anything is written
+        directory.prepare(plan.config(), plan.seeds, resume=resume)
+        yield from training.run(tensorboard=tensorboard)
 
 
 class _Training:

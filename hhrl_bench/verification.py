@@ -8,6 +8,7 @@ import numpy as np
 from hhrl_bench.checked_result import CheckedResult, played_task
 from hhrl_bench.derived import derived
 from hhrl_bench.differences import Finding, differences
+from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.level import Level
 from hhrl_bench.progress import Update, silent
@@ -32,7 +33,11 @@ def verify(
 
     ``update`` hears how many results are done. Of the results, ``sample`` are run again, drawn by ``seed``; or all.
     """
-    yield from _check_version(board)
+    try:
+        yield from _check_version(board)
+    except UnknownTaskError as error:
+        yield Finding("tasks", str(error))
+        return
     if level == Level.SCHEMA:
         return
     results = checked_results(board, store)
@@ -46,6 +51,15 @@ def verify(
             yield from rerun(result)
         update(index + 1, len(results), f"{result.result.agent} on {result.result.task}")
     yield from _check_derived(board, store)
+
+
+def reached(board: LeaderboardRecord, store: Store, level: Level) -> Level:
+    """Return how far an entry is verified in which nothing was found up to ``level``.
+
+    Where an agent cannot be run, a user's own code or one without a published checkpoint, that is REPLAYED at most.
+    """
+    playable = all(one.playable for one in checked_results(board, store))
+    return level if playable or not level.includes(Level.RERUN) else Level.REPLAYED
 
 
 def checked_results(board: LeaderboardRecord, store: Store) -> list[CheckedResult]:

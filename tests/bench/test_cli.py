@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import TextIO
 
 import pytest
 
@@ -41,14 +42,17 @@ def refused(*arguments: str) -> str:
     return line
 
 
-def process(*arguments: str, folder: Path, code: str | None = None) -> subprocess.CompletedProcess[str]:
+def process(
+    *arguments: str, folder: Path, code: str | None = None, stdout: int | TextIO = subprocess.PIPE
+) -> subprocess.CompletedProcess[str]:
     start = ["-c", code, *arguments] if code else ["-m", "hhrl_bench", *arguments]
     search = os.pathsep.join(str(path) for path in (ROOT, *map(Path, filter(None, sys.path))))
     return subprocess.run(
         [sys.executable, *start],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": search, "OMP_NUM_THREADS": "1"},
-        capture_output=True,
+        stdout=stdout,
+        stderr=subprocess.PIPE,
         text=True,
         check=False,
         timeout=120,
@@ -164,6 +168,15 @@ def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: ScoreSuite, t
 
 
 @pytest.mark.usefixtures("tiny")
+@pytest.mark.usefixtures("tiny")
+def test_other_agents_are_scored_in_a_folder_of_their_own() -> None:
+    done("run", "--suite", "quick", "--agent", "rule-1")
+    assert Path("runs/quick-agents/entry.json").exists()
+    assert not Path("runs/quick").exists()
+    assert not Path("leaderboards").exists()
+
+
+@pytest.mark.usefixtures("tiny")
 def test_run_that_fails_leaves_the_old_leaderboard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.json"
     path.write_text("before")
@@ -204,6 +217,16 @@ def test_learned_agents_are_listed_with_what_sets_them_apart() -> None:
         assert any(line.split()[0] == name and line.rstrip().endswith(method.summary) for line in lines)
 
 
+@pytest.mark.parametrize("columns", [40, 80, 120])
+def test_lists_keep_ids_whole_where_there_is_little_room(columns: int) -> None:
+    for what, names in (("agents", [*RULES, *METHODS]), ("tasks", TASKS), ("suites", SUITES)):
+        lines = invoke("list", what, columns=columns).stdout.splitlines()
+        assert max(map(len, lines)) <= columns
+        assert {line.split()[0] for line in lines if line.strip()} >= {*names}
+        assert not any("\N{HORIZONTAL ELLIPSIS}" in line for line in lines)
+    assert "shows train_seeds, validation_seeds, test_seeds too" in invoke("list", "tasks", columns=80).stdout
+
+
 def test_version_and_help() -> None:
     assert done("--version") == f"hhrl-bench {hhrl_bench.__version__}\n"
     assert done() == done("--help")
@@ -232,7 +255,7 @@ def test_version_and_help() -> None:
         (["train", "ddqn", "--env-steps", "0"], "'--env-steps'"),
         (["leaderboard", "show", "nowhere.json"], "cannot read nowhere.json: No such file"),
         (["leaderboard"], "Missing command"),
-        (["list", "dances"], "'dances' is not one of 'agents', 'tasks', 'suites'"),
+        (["list", "dances"], "Invalid value for 'what': 'dances' is not one of 'agents', 'tasks', 'suites'"),
         (["dance"], "No such command 'dance'"),
         (["watch", "rule-1", "--out", "x.mp4"], "x.mp4"),
     ],
@@ -260,6 +283,15 @@ def test_a_process_says_errors_on_stderr_and_exits_2(tmp_path: Path) -> None:
     assert (ended.returncode, ended.stdout) == (2, "")
     (said,) = (line for line in ended.stderr.splitlines() if "compiling" not in line)
     assert said.startswith("hhrl-bench: unknown agent 'rule-9'")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize("arguments", [["--version"], ["list", "--json"], ["evaluate", "rule-1", "--episodes", "5"]])
+def test_a_full_disk_below_stdout_is_one_line(tmp_path: Path, arguments: list[str]) -> None:
+    with Path("/dev/full").open("w") as full:
+        ended = process(*arguments, folder=tmp_path, stdout=full)
+    said = [line for line in ended.stderr.splitlines() if "No space left" in line or "Error" in line]
+    assert (ended.returncode, said) == (2, ["hhrl-bench: No space left on device"])
 
 
 def test_a_process_finds_factories_in_its_folder(tmp_path: Path) -> None:

@@ -129,6 +129,15 @@ def test_an_unknown_agent_is_told_which_there_are() -> None:
         assert name in message
 
 
+def test_what_was_meant_is_asked_and_a_file_of_python_is_told_its_module(tmp_path: Path) -> None:
+    assert "unknown agent 'hybrid_hrl', did you mean hybrid-hrl; write" in refused("hybrid_hrl")
+    assert "did you mean" not in refused("somebody-else")
+    path = tmp_path / "my_agent.py"
+    for _ in range(2):
+        assert refused(str(path)).endswith("is a file of Python; write module:factory, such as my_agent:make_agent")
+        path.touch()
+
+
 def test_a_method_without_shipped_seeds_is_told_how_to_train_it() -> None:
     method = next(method for method in METHODS if method not in shipped_methods())
     assert refused(method).endswith(f"train it: hhrl-bench train {method}")

@@ -82,7 +82,28 @@ def test_what_does_not_hold_is_named_and_nothing_is_written(folder: Path) -> Non
     assert "results[0].runs[0].metrics.not_stop: 0.5 is published, 1.0 was found" in result.stdout
     assert tree(folder) == before
     told = json.loads(invoke("leaderboard", "verify", str(path), "--json").stdout)
+    assert told["verified"] == {}
     assert told["findings"][0]["place"] == "results[0].runs[0].metrics.not_stop"
+    assert len({str(one) for one in told["findings"]}) == len(told["findings"])
+
+
+def test_the_index_alone_is_no_entry(folder: Path) -> None:
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    told = json.loads(invoke("leaderboard", "verify", str(folder), "--json").stdout)
+    assert told == {"level": "replayed", "verified": {str(folder / "tiny.json"): "replayed"}, "findings": []}
+    result = invoke("leaderboard", "verify", str(folder / "INDEX.json"))
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert f"is the index of a folder of entries; verify the folder: {folder}" in result.stderr
+
+
+def test_an_entry_of_an_unknown_task_hides_no_other(folder: Path) -> None:
+    shutil.copy(folder / "tiny.json", folder / "other.json")
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    (folder / "other.json").write_text((folder / "other.json").read_text().replace("solo-stop-v0", "solo-stop-v9"))
+    result = invoke("leaderboard", "verify", str(folder))
+    assert result.exit_code == 1
+    assert f"{folder / 'other.json'}: tasks: unknown task 'solo-stop-v9'" in result.stdout
+    assert f"{folder / 'tiny.json'}: replayed" in result.stdout
 
 
 def test_the_index_tells_of_other_entries_and_of_files_that_no_entry_names(folder: Path) -> None:
@@ -102,8 +123,11 @@ def test_an_own_agent_is_scored_and_submitted(folder: Path, tmp_path: Path, monk
     assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
     assert list(publication.of_suite(folder, "tiny")) == ["tiny", "my-rule"]
     said = invoke("leaderboard", "verify", str(folder / "my-rule.json"), "--level", "rerun", "--fresh", "5")
-    assert said.exit_code == 0
+    assert (said.exit_code, said.stdout) == (0, f"{folder / 'my-rule.json'}: replayed\n")
     assert "2 of 2 results were not run: they are a user's own code" in said.stderr
+    assert invoke("leaderboard", "build", "--folder", str(folder), "--level", "rerun").exit_code == 0
+    index = IndexRecord.model_validate_json((folder / "INDEX.json").read_bytes())
+    assert {one.file: one.verified.level for one in index.entries} == {"my-rule.json": "replayed", "tiny.json": "rerun"}
     (mine, _) = leaderboard.read(folder / "my-rule.json").results
     assert (mine.agent, mine.kind) == ("my_rule:make", "factory")
     again = invoke("leaderboard", "submit", str(entry), "--name", "my-rule", "--folder", str(folder))

@@ -23,6 +23,11 @@ AREAS = {
     )
     for training in BOARD.trainings
 }
+TRAININGS = {
+    "`follow-only` in `red-light-v0`, option held at FFV": "follow-only",
+    "`option-only` over a rule-based stop and a trained follower": "option-only",
+    "`hybrid-hrl` in `stop-line-v0`, both levels": "hybrid-hrl",
+}
 ROWS = {"rule-1": "Rule 1", "rule-2": "Rule 2", "rule-3": "Rule 3", "rule-4": "Rule 4", "hybrid-hrl": "Hybrid HRL"}
 ADDED = {
     ("hybrid reward", "hrl-0"): "hrl-1",
@@ -86,3 +91,11 @@ def test_what_each_part_adds(part: str, to: str) -> None:
         AREAS[ADDED[part, to]], AREAS[to], "stop-line-paper-v0", "area", np.random.default_rng(0)
     ).difference
     assert f"| {part} | `{to}` | {difference.mean:+.3f} ({difference.low:+.3f}, {difference.high:+.3f}) |" in PAGE
+
+
+@pytest.mark.parametrize("row", TRAININGS)
+def test_the_three_trainings(row: str) -> None:
+    board = leaderboard.read(ROOT / "leaderboards" / "trainings.json")
+    (metrics,) = (result.metrics for result in board.results if result.agent == TRAININGS[row])
+    rates = (metrics.success, metrics.collision, metrics.not_stop, metrics.timeout)
+    assert cells(row) == [said(rate, 2, percent=True) for rate in rates]

@@ -66,11 +66,17 @@ def test_a_row_s_numbers_have_tags_and_missing_ones_none() -> None:
     assert scalars({**row, "episodes": {}, "validation": None}) == {"loss/action": 2.0}
 
 
-def test_without_the_extra_one_line_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("missing", "extra", "words"),
+    [("tensorboard", "tensorboard", ["ddqn", "--tensorboard"]), ("stable_baselines3", "sb3", ["ppo"])],
+)
+def test_without_the_extra_one_line_names_it_and_no_folder_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str, extra: str, words: list[str]
+) -> None:
     found = importlib.util.find_spec
-    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "tensorboard" else found(name))
-    said = invoke("train", "ddqn", "--out", str(tmp_path / "run"), "--tensorboard")
+    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == missing else found(name))
+    said = invoke("train", *words, "--out", str(tmp_path / "run"))
     assert said.exit_code == 2
-    assert "hhrl-bench[tensorboard]" in said.stderr
+    assert f"hhrl-bench[{extra}]" in said.stderr
     assert said.stderr.count("\n") == 1
     assert not (tmp_path / "run").exists()
