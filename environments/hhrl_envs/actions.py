@@ -34,7 +34,7 @@ class Levels:
     def batch(self, actions: Any, rows: int) -> NDArray[np.int64]:
         """Return the actions of all rows as the simulator takes them, integers [rows]."""
         given = _array(actions, rows)
-        if given.dtype.kind not in "iu":
+        if given.shape != (rows,) or given.dtype.kind not in "iu":
             raise InputError(f"actions are {given.dtype} {given.shape}; write integers of shape ({rows},)")
         return given
 

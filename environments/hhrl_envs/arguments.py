@@ -43,12 +43,14 @@ def as_seed(seed: int | None) -> int:
 
 def as_seeds(seed: int | Sequence[int] | None, rows: int) -> NDArray[np.uint64]:
     """Return a seed for each row, uint64 [rows]: ``seed + i``, or the given ones."""
-    if isinstance(seed, (list, tuple, np.ndarray)):
-        require_value(len(seed) == rows, "seed", f"a list of {len(seed)}", f"one integer for each of {rows} rows")
-        return np.array([as_seed(one) for one in seed], np.uint64)
-    first = as_seed(seed)  # type: ignore[arg-type]  # what is no integer is refused there
-    require_value(first + rows <= 2**64, "seed", repr(seed), f"an integer from 0 to 2^64 - {rows}")
-    return np.uint64(first) + np.arange(rows, dtype=np.uint64)
+    given: Any = seed
+    if isinstance(given, (list, tuple)) or (isinstance(given, np.ndarray) and given.ndim == 1):
+        require_value(len(given) == rows, "seed", f"a list of {len(given)}", f"one integer for each of {rows} rows")
+        return np.array([as_seed(one) for one in given], np.uint64)
+    known = given is None or (is_integer(given) and 0 <= given <= 2**64 - rows)
+    allowed = f"an integer from 0 to 2^64 - {rows}, a list with one for each of {rows} rows, or None for fresh ones"
+    require_value(known, "seed", repr(given), allowed)
+    return np.uint64(as_seed(given)) + np.arange(rows, dtype=np.uint64)
 
 
 def as_count(count: int, name: str) -> int:

@@ -60,9 +60,8 @@ class ProfileFamily:
 
     ``styles`` are the probabilities of a full stop, a rolling stop and running the line. A rolling vehicle passes the
     line at ``line_speed``; a full stop halts ``stop_position`` metres before the line (negative: past it) and stands
-    for
-    ``dwell``. With probability ``slow_chance`` the vehicle brakes once without a reason, ``slow_at`` metres before the
-    line.
+    for ``dwell``. With probability ``slow_chance`` the vehicle brakes without a reason, ``slow_at`` metres before the
+    line and again every ``slow_every`` metres.
     """
 
     name: str

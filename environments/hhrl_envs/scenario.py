@@ -325,7 +325,8 @@ class Scenario:
             lack = "goal FOLLOW has no place for learned ones" if most else "its traffic has no front vehicles"
             most, allowed = 0, f"{allowed}: {lack}"
         if not (is_integer(learned) and 0 <= learned <= most):
-            raise InputError(f"learned_fronts is {learned!r}; write {f'0 to {most}' if most else '0'} {allowed}")
+            write = f"an integer from 0 to {most}" if most else "0"
+            raise InputError(f"learned_fronts is {learned!r}; write {write} {allowed}")
 
     @property
     def num_actions(self) -> int:

@@ -113,7 +113,8 @@ def _draw_line(canvas: Canvas, moment: Moment, line: float, half: float) -> None
     name = "stop-line"
     if moment.scenario.signal is not None:
         name = "red light" if active else "green light"
-        canvas.rect(x, _ROAD_Y + half + 12, 12, 12, VERMILLION if active else GREEN, radius=6)
+        canvas.rect(x + 8, 138, 12, 12, VERMILLION if active else GREEN, radius=6)
+        x += 18
     canvas.text(x + 8, 144, name, 18, GREY)
 
 

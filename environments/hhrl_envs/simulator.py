@@ -90,6 +90,7 @@ class Simulator:
     @property
     def terms(self) -> Floats:
         """Signed reward terms, float64 [B, 8]; see ``hhrl_envs.rewards``."""
+        self._require_reset()
         return self._memory.of_agent(0, at.TERMS, at.TERMS_SIZE)
 
     @property
@@ -126,6 +127,7 @@ class Simulator:
     @property
     def steps(self) -> Ints:
         """Steps done in the current episode, int64 [B]."""
+        self._require_reset()
         return self._memory.of_row(at.STEPS).astype(np.int64)
 
     @property
@@ -134,6 +136,7 @@ class Simulator:
 
         With learned front vehicles the verdict holds once the ego's episode has ended.
         """
+        self._require_reset()
         feasible: Flags = self._memory.of_row(at.FEASIBLE) != 0.0
         return feasible
 
@@ -223,6 +226,7 @@ class Simulator:
 
     def key(self, row: int) -> tuple[int, int]:
         """Return (seed, episode) of one row."""
+        self._require_reset()
         _require_index("row", row, self.num_rows)
         return int(self._keys[SEED, row]), int(self._keys[EPISODE, row])
 
@@ -269,7 +273,8 @@ class Simulator:
             self._run(BEGIN | SHOW)
             if self._ended >= 0:
                 return
-        hint = "widen its gaps, lengthen its horizon or set feasible_only=False"
+        hint = "give it wider gaps, more start_distance, less start_speed, more friction or a longer horizon"
+        hint += ", or set feasible_only=False"
         raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
 
     def _run(self, parts: int) -> None:
@@ -316,11 +321,12 @@ class Simulator:
 
     def _require_reset(self) -> None:
         if not self._ready:
-            raise InputError("the simulator has no episode yet; call reset(seeds) first")
+            raise InputError("no episode has begun yet; call reset first")
 
 
 def _require_index(name: str, value: Any, count: int) -> None:
-    require_value(is_integer(value) and 0 <= value < count, name, repr(value), f"0 to {count - 1}")
+    allowed = f"an integer from 0 to {count - 1}" if count > 1 else "0"
+    require_value(is_integer(value) and 0 <= value < count, name, repr(value), allowed)
 
 
 def _require_mask(chosen: Any, rows: int) -> None:

@@ -56,7 +56,7 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], Info]:
         """Return the first observations, float32 [B, 11], and infos: ``feasible``, bool [B], ``option_mask`` [B, 2]."""
-        if options and "reset_mask" in options:
+        if isinstance(options, dict) and "reset_mask" in options:
             raise InputError(
                 "options have a 'reset_mask'; leave it out, for rows that have ended begin anew by themselves"
             )

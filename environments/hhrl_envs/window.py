@@ -27,6 +27,10 @@ class Window:
         self._window: pygame.Window | None = None
         self.closed = False
 
+    def __reduce__(self) -> tuple[type["Window"], tuple[str, int], dict[str, bool]]:
+        """Return how to copy or unpickle it: as a window of its own, which opens with its first frame."""
+        return Window, (self._title, self._pace), {"closed": self.closed}
+
     def show(self, frame: NDArray[uint8]) -> None:
         """Show a frame, uint8 [H, W, 3], and wait until its time is over."""
         if self._window is None and not self.closed:

@@ -81,7 +81,10 @@ def test_seeds_of_rows() -> None:
     vector = StopLineVectorEnv(3)
     refused(lambda: vector.reset(seed=[1, 2]), "seed is a list of 2; write one integer for each of 3 rows")
     refused(lambda: vector.reset(seed=[1, 2.5, 3]), "seed is 2.5; write an integer")  # type: ignore[list-item]
-    refused(lambda: vector.reset(seed=2**64 - 2), "write an integer from 0 to 2^64 - 3")
+    refused(lambda: vector.reset(seed=2**64 - 2), "write an integer from 0 to 2^64 - 3, a list with one for each of 3")
+    others: list[Any] = [np.array(5), np.array([[1, 2, 3]]), {1, 2, 3}, range(3)]
+    for other in others:
+        refused(partial(vector.reset, seed=other), "write an integer from 0 to 2^64 - 3, a list with one for each of 3")
     vector.reset(seed=2**64 - 3)
     assert [vector.simulator.key(row)[0] for row in range(3)] == [2**64 - 3, 2**64 - 2, 2**64 - 1]
 
@@ -94,7 +97,7 @@ def test_seeds_that_numpy_made_are_integers_too() -> None:
 def test_step_and_render_before_reset() -> None:
     refused(lambda: StopLineParallelEnv().step({EGO: 0}), "step before reset; call reset(seed=...) first")
     refused(lambda: StopLineEnv().step(np.int64(0)), "step before reset; call reset(seed=...) first")
-    refused(lambda: StopLineVectorEnv(1).step(np.zeros(1, np.int64)), "call reset")
+    refused(lambda: StopLineVectorEnv(1).step(np.zeros(1, np.int64)), "no episode has begun yet; call reset first")
     refused(StopLineParallelEnv(render_mode="rgb_array").render, "render before reset; call reset(seed=...) first")
 
 

@@ -26,7 +26,10 @@ def test_numbers_of_learned_fronts(count: Any) -> None:
     for make in (partial(StopLineParallelEnv, "stop-line-v0"), triad("stop-line-v0").env, triad(MAIN).raw_env):
         refused(partial(make, learned_fronts=count), f"learned_fronts is {count!r}; write ")
     if not isinstance(count, (float, str, bool)):
-        refused(partial(Simulator, MAIN, 2, learned_fronts=count), "write 0 to 4 for scenario 'stop-line-v0'")
+        refused(
+            partial(Simulator, MAIN, 2, learned_fronts=count),
+            "write an integer from 0 to 4 for scenario 'stop-line-v0'",
+        )
 
 
 @pytest.mark.parametrize("scenario_id", ["follow-v0", "solo-stop-v0"])
@@ -46,7 +49,7 @@ def test_scenarios_that_contradict_themselves() -> None:
 
 def test_front_vehicles_that_are_never_drawn_cannot_be_learned() -> None:
     seldom = replace(MAIN, traffic=replace(MAIN.traffic, count_shares=(0.5, 0.5, 0.0, 0.0)))
-    refused(partial(Simulator, seldom, 2, learned_fronts=2), "learned_fronts is 2; write 0 to 1")
+    refused(partial(Simulator, seldom, 2, learned_fronts=2), "learned_fronts is 2; write an integer from 0 to 1")
     simulator = Simulator(seldom, 40, learned_fronts=1)
     simulator.reset(np.arange(40))
     assert all(len(simulator.profiles(row)) == 1 for row in range(40))

@@ -125,7 +125,7 @@ def test_signal_turns_from_red_to_green() -> None:
     lamps = []
     for line in (0.0, None):
         frame = picture(Moment(scenario, vehicles, line, time=1.0, outcome=Outcome.RUNNING, option=None))
-        lamps.append([count(frame[112:140], colour) for colour in (drawing.VERMILLION, drawing.GREEN)])
+        lamps.append([count(frame[134:156], colour) for colour in (drawing.VERMILLION, drawing.GREEN)])
     (red, no_green), (no_red, green) = lamps
     assert min(red, green) > 50
     assert no_green == no_red == 0

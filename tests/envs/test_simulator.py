@@ -213,6 +213,14 @@ def test_bad_actions_are_named(actions: NDArray[Any], words: str) -> None:
         simulator.step(actions)
 
 
+@pytest.mark.parametrize("what", ["observations", "terms", "steps", "feasible", "outcomes", "agent_outcomes"])
+def test_before_the_first_reset_there_is_nothing_to_read(what: str) -> None:
+    simulator = Simulator(MAIN, 2)
+    for read in (lambda: getattr(simulator, what), lambda: simulator.key(0)):
+        with pytest.raises(InputError, match="no episode has begun yet; call reset first"):
+            read()
+
+
 def test_step_before_reset_and_bad_seeds_are_errors() -> None:
     simulator = Simulator(MAIN, 2)
     with pytest.raises(InputError, match="reset"):
@@ -238,15 +246,15 @@ def test_the_unsafe_exponential_is_exact_to_the_last_bits() -> None:
 @pytest.mark.parametrize(
     ("misuse", "words"),
     [
-        (lambda s: s.vehicles(3), "row is 3; write 0 to 2"),
+        (lambda s: s.vehicles(3), "row is 3; write an integer from 0 to 2"),
         (lambda s: s.active_line(-1), "row is -1"),
         (lambda s: s.profiles(99), "row is 99"),
         (lambda s: s.key(-1), "row is -1"),
-        (lambda s: s.of_agent(1), "agent is 1; write 0 to 0"),
+        (lambda s: s.of_agent(1), "agent is 1; write 0"),
         (lambda s: s.next_episode([True] * 3), "chosen is"),
         (lambda s: s.next_episode(np.ones(2, np.bool_)), "3 truth values"),
         (lambda s: s.step(np.array([0, 2**63, 0], np.uint64)), "action 9223372036854775808 of row 1"),
-        (lambda s: s.key("a"), "row is 'a'; write 0 to 2"),
+        (lambda s: s.key("a"), "row is 'a'; write an integer from 0 to 2"),
         (lambda s: s.reset([5, -1, 2]), "a seed is -1; write integers from 0 to"),
         (lambda s: s.reset([5, 1]), "seeds are int64 .* write 3 integers"),
         (lambda s: s.restore(None), "the state is a NoneType"),

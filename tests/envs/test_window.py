@@ -1,5 +1,7 @@
 """The window of render_mode="human": what it shows, its pace, its close button, and two windows at once."""
 
+import copy
+import pickle
 import subprocess
 import sys
 import time
@@ -60,6 +62,25 @@ def test_the_close_button_closes_its_window_only_and_for_good() -> None:
     two.show(FRAME)
     assert two._window is None
     one.close()
+
+
+def window_of(env: StopLineParallelEnv) -> Window:
+    assert env._screen is not None
+    assert env._screen._window is not None
+    return env._screen._window
+
+
+def test_a_copy_has_a_window_of_its_own() -> None:
+    env = StopLineParallelEnv(render_mode="human")
+    env.reset(seed=3)
+    for other in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):  # noqa: S301  (made here)
+        env.step({EGO: 0})
+        other.step({EGO: 0})
+        assert window_of(other) is not window_of(env)
+        assert not window_of(other).closed
+        other.close()
+    env.close()
+    assert window_of(copy.deepcopy(env)).closed
 
 
 def test_an_episode_goes_on_without_its_window() -> None:
