@@ -31,7 +31,7 @@ from hhrl_envs.validation import is_integer
 from hhrl_envs.workers import Workers
 
 MAX_ATTEMPTS = 1000
-_PIECES = 4  # of the rows, for each thread
+_SHARES = (0.5, 0.25, 0.125, 0.125)  # of a thread's rows: the pieces that it takes, the small ones last
 
 
 class Results(NamedTuple):
@@ -76,8 +76,7 @@ class Simulator:
         self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
         self._workers = Workers(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
-        pieces = 1 if threads == 1 else min(_PIECES * threads, self._blocks)
-        self._slices = list(pairwise(np.linspace(0, self._blocks, pieces + 1).astype(int).tolist()))
+        self._slices = [(0, self._blocks)] if threads == 1 else _pieces(self._blocks, threads)
         self._special = True if learned_fronts or not scenario.plain else None
         self._ended, self._ready, self._direction = 0, False, 0
 
@@ -322,6 +321,16 @@ class Simulator:
     def _require_reset(self) -> None:
         if not self._ready:
             raise InputError("no episode has begun yet; call reset first")
+
+
+def _pieces(blocks: int, threads: int) -> list[tuple[int, int]]:
+    """Return the pieces of the blocks, low and high each: large at both ends, small where the threads meet.
+
+    The caller takes from the first on, the others from the last on; see ``workers``.
+    """
+    caller, others = [*_SHARES], [share for share in reversed(_SHARES) for _ in range(threads - 1)]
+    edges = np.rint(np.cumsum([0.0, *caller, *others]) * (blocks / threads)).astype(int).tolist()
+    return [(low, high) for low, high in pairwise(edges) if low < high]
 
 
 def _require_index(name: str, value: Any, count: int) -> None:
