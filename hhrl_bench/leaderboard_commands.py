@@ -45,8 +45,8 @@ def verify_entries(
         found += [_verify(file, level, sample, fresh, seed) for file in files]
     if as_json:
         rows = [{"entry": str(one.path), **finding._asdict()} for one in found for finding in one.findings]
-        reached = {str(one.path): one.level for one in found if one.level}
-        typer.echo(json.dumps({"level": level, "verified": reached, "findings": rows}, indent=2))
+        verified = {str(one.path): one.level for one in found if one.level}
+        typer.echo(json.dumps({"level": level, "verified": verified, "findings": rows}, indent=2))
     else:
         _print(found)
         if sample or fresh:
