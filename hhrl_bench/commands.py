@@ -7,7 +7,6 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import typer
-from rich.measure import Measurement
 from rich.table import Table
 
 from hhrl_bench.listing import LISTS, Rows
@@ -18,7 +17,7 @@ from hhrl_bench.records import OptionName, TimedResult
 from hhrl_bench.results import evaluate_agent, evaluation_record, task_record
 from hhrl_bench.run_directory import RunDirectory, failed_seeds
 from hhrl_bench.seeds import MAX_TRAINING_SEED, parse_seeds
-from hhrl_bench.table import BOUNDLESS, print_results
+from hhrl_bench.table import print_results, print_widest
 from hhrl_bench.tasks import Task, get_task
 from hhrl_bench.terminal import console
 from hhrl_envs.extras import require
@@ -139,11 +138,7 @@ def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) 
         return
     screen, names = console(), list(rows[0])
     tables = [_rows_table(rows, names[:count], title) for count in range(len(names), 0, -1)]
-    boundless = screen.options.update(max_width=BOUNDLESS)
-    fits = (Measurement.get(screen, boundless, table).minimum <= screen.width for table in tables)
-    left_out = next((count for count, fit in enumerate(fits) if fit), len(tables) - 1)
-    screen.print(tables[left_out])
-    if left_out:
+    if left_out := print_widest(screen, tables, wrapped=True):
         missing = ", ".join(names[len(names) - left_out :])
         screen.print(f"A wider terminal shows {missing} too; so does --json.", style="dim", highlight=False)
 

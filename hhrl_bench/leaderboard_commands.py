@@ -13,7 +13,6 @@ from hhrl_bench import leaderboard
 from hhrl_bench.differences import Finding
 from hhrl_bench.errors import RecordError
 from hhrl_bench.fresh import check_fresh
-from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.leaderboard_table import print_leaderboard
 from hhrl_bench.level import Level
 from hhrl_bench.markdown_tables import markdown
@@ -21,11 +20,11 @@ from hhrl_bench.progress import progress
 from hhrl_bench.publication import INDEX, check_index, entry_paths, of_suite, require_submittable, write_index
 from hhrl_bench.store import Store
 from hhrl_bench.terminal import console
-from hhrl_bench.verification import checked_results, reached, verify
+from hhrl_bench.verification import checked_results, verify
 
 
 class Verified(NamedTuple):
-    """What was found in a file of published entries, and how far it is verified; None where it is no entry."""
+    """What was found in a file of published entries, and how far it is verified; None where it is not, or no entry."""
 
     path: Path
     findings: list[Finding]
@@ -60,7 +59,7 @@ def build(folder: Path, level: Level) -> bool:
     _print(found)
     if any(one.findings for one in found):
         return False
-    index = write_index(folder, level)
+    index = write_index(folder, {one.path.name: one.level for one in found if one.level})
     for suite in dict.fromkeys(entry.suite for entry in index.entries):
         write_atomically(folder / f"{suite}.md", markdown(of_suite(folder, suite)))
     typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)
@@ -105,16 +104,13 @@ def _verify(path: Path, level: Level, sample: int | None = None, fresh: int | No
         if fresh is not None and not found:
             found += check_fresh(board, store, fresh, seed, update)
     found += leaderboard.respelt(path, board)
-    if not found:
-        _say_not_run(path, board, store, asked=level == Level.RERUN or fresh is not None)
-    return Verified(path, list(dict.fromkeys(found)), None if found else reached(board, store, level))
-
-
-def _say_not_run(path: Path, board: LeaderboardRecord, store: Store, *, asked: bool) -> None:
+    if found:
+        return Verified(path, list(dict.fromkeys(found)), None)
     own = [one for one in checked_results(board, store) if not one.playable]
-    if own and asked:
+    if own and (level == Level.RERUN or fresh is not None):
         why = "they are a user's own code" if board.checkpoints_published else "their checkpoints are not published"
         typer.echo(f"hhrl-bench: {path}: {len(own)} of {len(board.results)} results were not run: {why}", err=True)
+    return Verified(path, [], level.at_most(Level.REPLAYED) if own else level)
 
 
 def _print(found: Sequence[Verified]) -> None:

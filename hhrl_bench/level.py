@@ -19,3 +19,7 @@ class Level(StrEnum):
     def includes(self, other: "Level") -> bool:
         """Return whether this level includes another."""
         return list(Level).index(self) >= list(Level).index(other)
+
+    def at_most(self, other: "Level") -> "Level":
+        """Return this level, or another if this one goes beyond it."""
+        return other if self.includes(other) else self

@@ -71,7 +71,8 @@ def _table(board: LeaderboardRecord, count: int, *, intervals: bool) -> Table:
     episodes = " or ".join(dict.fromkeys(f"{task.episodes:,}" for task in tasks))
     table = ruled_table(f"Success, {episodes} test episodes a task", intervals=intervals)
     more = "95% intervals" if count == len(board.tasks) else "95% intervals and more tasks"
-    said = notes(tasks, [board]) if intervals else (*notes(tasks, [board])[1:], f"A wider terminal shows {more}.")
+    of_intervals, *others = notes(tasks, [board])
+    said = [of_intervals, *others] if intervals else [*others, f"A wider terminal shows {more}."]
     table.caption, table.caption_justify = "\n".join(said), "left"
     table.add_column("agent", overflow="fold", max_width=width, vertical="top")
     for task in tasks:

@@ -1,7 +1,7 @@
 """A folder of published entries: found, verified, indexed, and added to."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -17,7 +17,6 @@ from hhrl_bench.leaderboard_record import LeaderboardRecord
 from hhrl_bench.level import Level
 from hhrl_bench.records import SCHEMA_VERSION, first_problem
 from hhrl_bench.store import Store, sha256_of
-from hhrl_bench.verification import reached
 
 INDEX, SCHEMA = "INDEX.json", "schema.json"
 NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,60}")
@@ -35,15 +34,13 @@ def entry_paths(folder: Path) -> list[Path]:
     return paths
 
 
-def write_index(folder: Path, level: Level) -> IndexRecord:
-    """Return the index of a folder's entries, all of them just verified up to ``level``; it and the schema are written.
+def write_index(folder: Path, levels: Mapping[str, Level]) -> IndexRecord:
+    """Return the index of a folder's entries, just verified up to these levels by their files; it is written.
 
-    What of an entry cannot be run again makes it replayed at most.
-
-    An entry that is the same and was verified as far before keeps the day on which it was.
+    So is the schema. An entry that is the same and was verified as far before keeps the day on which it was.
     """
     before = {entry.file: entry for entry in _read_index(folder).entries} if (folder / INDEX).exists() else {}
-    entries = [_entry(path, level, before.get(path.name)) for path in entry_paths(folder)]
+    entries = [_entry(path, levels[path.name], before.get(path.name)) for path in entry_paths(folder)]
     index = IndexRecord(schema_version=SCHEMA_VERSION, entries=tuple(entries))
     write_atomically(folder / INDEX, index.model_dump_json(indent=2) + "\n")
     write_atomically(folder / SCHEMA, leaderboard.schema())
@@ -111,7 +108,6 @@ def _read_index(folder: Path) -> IndexRecord:
 
 def _entry(path: Path, level: Level, before: EntryRecord | None) -> EntryRecord:
     board, sha256 = leaderboard.read(path), sha256_of(path.read_bytes())
-    level = reached(board, Store(path.parent), level)
     verified = VerifiedRecord(
         level=level, day=datetime.now(UTC).date().isoformat(), package_version=hhrl_bench.__version__
     )

@@ -40,10 +40,14 @@ def print_results(console: Console, task: TaskRecord, results: Sequence[ResultRe
     print_widest(console, [results_table(task, results, layout) for layout in LAYOUTS])
 
 
-def print_widest(console: Console, tables: Sequence[Table | Group]) -> int:
-    """Return the place of the table printed: the first that the console has room for; if none, the last."""
+def print_widest(console: Console, tables: Sequence[Table | Group], *, wrapped: bool = False) -> int:
+    """Return the place of the table printed: the first that the console has room for; if none, the last.
+
+    With ``wrapped`` there is room for one whose cells are wrapped between words.
+    """
     boundless = console.options.update(max_width=BOUNDLESS)
-    widths = (Measurement.get(console, boundless, table).maximum for table in tables)
+    sizes = (Measurement.get(console, boundless, table) for table in tables)
+    widths = (size.minimum if wrapped else size.maximum for size in sizes)
     place = next((place for place, width in enumerate(widths) if width <= console.width), len(tables) - 1)
     console.print(tables[place])
     return place

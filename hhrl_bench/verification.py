@@ -53,15 +53,6 @@ def verify(
     yield from _check_derived(board, store)
 
 
-def reached(board: LeaderboardRecord, store: Store, level: Level) -> Level:
-    """Return how far an entry is verified in which nothing was found up to ``level``.
-
-    Where an agent cannot be run, a user's own code or one without a published checkpoint, that is REPLAYED at most.
-    """
-    playable = all(one.playable for one in checked_results(board, store))
-    return level if playable or not level.includes(Level.RERUN) else Level.REPLAYED
-
-
 def checked_results(board: LeaderboardRecord, store: Store) -> list[CheckedResult]:
     """Return the results of an entry, to be checked against the files in a store."""
     tasks = {task.id: task for task in board.tasks}

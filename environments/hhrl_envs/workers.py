@@ -1,6 +1,6 @@
 """Threads that share the work of one step: the caller takes pieces from the first on, the others from the last on.
 
-To wake a thread takes some 50 us, in which the caller goes on alone; what a late thread finds done it leaves alone.
+To wake a thread takes some 30 us; what a late one finds done it leaves alone.
 As all begin where they began before, what they need is still in the caches of their cores.
 """
 

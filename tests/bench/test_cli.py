@@ -168,7 +168,6 @@ def test_run_writes_the_leaderboard_and_show_prints_it_again(tiny: ScoreSuite, t
 
 
 @pytest.mark.usefixtures("tiny")
-@pytest.mark.usefixtures("tiny")
 def test_other_agents_are_scored_in_a_folder_of_their_own() -> None:
     done("run", "--suite", "quick", "--agent", "rule-1")
     assert Path("runs/quick-agents/entry.json").exists()

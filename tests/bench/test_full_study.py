@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from hhrl_bench import leaderboard
+from hhrl_bench.details_table import worst_run
+from hhrl_bench.overview_table import success_cell
 from hhrl_bench.records import ResultRecord
 
 ROOT = Path(__file__).parents[2]
@@ -18,23 +20,15 @@ PAGES = {
 }
 
 
-def rounded(share: float) -> str:
-    text = f"{share * 100:.1f}"
-    return "100" if text == "100.0" else text
-
-
 def said(result: ResultRecord) -> str:
     """Return how often a result succeeds as the tables say it."""
-    success = result.metrics.success
-    assert success.mean is not None
-    assert success.low is not None
-    assert success.high is not None
-    return f"{success.mean:.1%} ({rounded(success.low)}, {rounded(success.high)})"
+    cell = success_cell(result)
+    return f"{cell.value} ({cell.bounds})"
 
 
 def worst(result: ResultRecord) -> str:
-    lowest = min(run.metrics.success for run in result.runs)
-    return f", {rounded(lowest)}" if len(result.runs) > 1 else ""
+    lowest = f"{worst_run(result).metrics.success * 100:.1f}".replace("100.0", "100")
+    return f", {lowest}" if len(result.runs) > 1 else ""
 
 
 @pytest.mark.parametrize("page", PAGES)
