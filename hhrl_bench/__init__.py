@@ -4,8 +4,8 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hhrl_bench.evaluation import evaluate
-    from hhrl_bench.loading import load_agent
+    from hhrl_bench.evaluation.evaluate import evaluate
+    from hhrl_bench.evaluation.loading import load_agent
 
 __all__ = ["__version__", "evaluate", "load_agent"]
 
@@ -14,7 +14,8 @@ try:
 except PackageNotFoundError:
     __version__ = "0+unknown"
 
-_HOMES = {"evaluate": "hhrl_bench.evaluation", "load_agent": "hhrl_bench.loading"}
+
+_HOMES = {"evaluate": "hhrl_bench.evaluation.evaluate", "load_agent": "hhrl_bench.evaluation.loading"}
 
 
 def __getattr__(name: str) -> Any:

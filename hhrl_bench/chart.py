@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import ceil
 
-from hhrl_envs.drawing import GREY, INK, PALE, Canvas, Colour, Point
+from hhrl_envs.rendering.canvas import GREY, INK, PALE, Canvas, Colour, Point
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62, 24, 32, 26  # pixels kept free around the plotted area
 _STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)

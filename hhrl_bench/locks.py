@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from hhrl_agents.files import OutputError
+from hhrl_agents.atomic_files import OutputError
 
 if sys.platform != "win32":
     import fcntl

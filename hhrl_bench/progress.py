@@ -11,7 +11,7 @@ Update = Callable[[int, int, str], None]
 
 
 def silent(*_: object) -> None:
-    """Return nothing and show nothing."""
+    """Show nothing."""
 
 
 @contextmanager

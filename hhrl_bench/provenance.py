@@ -1,19 +1,61 @@
 """Where numbers come from: the versions, the commit and the machine they were made with."""
 
+import hashlib
 import os
 import platform
 import subprocess
 import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Annotated
 
+from pydantic import Field
+
+import hhrl_agents
 import hhrl_bench
-from hhrl_bench.code_hash import code_sha256
-from hhrl_bench.records import HardwareRecord, ProvenanceRecord
+import hhrl_envs
+from hhrl_bench.schema import Commit, Name, Positive, Record
 
 PACKAGES = ("numpy", "numba", "scipy", "gymnasium", "pettingzoo", "torch", "safetensors", "pydantic")
+
+
+class HardwareRecord(Record):
+    """The machine, without its name."""
+
+    processor: str
+    cores: Positive
+    machine: str
+    system: str
+
+
+def git_commit(package: Path) -> str | None:
+    """Return the commit of the checkout that ``package`` is the top-level folder of; None if it is not in one.
+
+    The commit ends in ``-dirty`` where tracked files differ from it.
+    """
+    top = _git(package, "rev-parse", "--show-toplevel")
+    if top is None or Path(top).resolve() != package.resolve().parent:
+        return None
+    commit = _git(package, "rev-parse", "HEAD")
+    if commit is None:
+        return None
+    return commit + ("-dirty" if _git(package, "status", "--porcelain", "--untracked-files=no") else "")
+
+
+class ProvenanceRecord(Record):
+    """All that may differ between two runs of one command; ``wall_seconds`` are by task and agent."""
+
+    command: Name
+    executor: Name = "local"
+    created: str
+    wall_seconds: dict[str, Annotated[float, Field(allow_inf_nan=False, ge=0.0)]]
+    package_version: str
+    git_commit: Commit | None
+    hardware: HardwareRecord
+    versions: dict[str, str]
 
 
 def provenance(command: str, wall_seconds: Mapping[str, float], executor: str = "local") -> ProvenanceRecord:
@@ -33,20 +75,6 @@ def provenance(command: str, wall_seconds: Mapping[str, float], executor: str = 
 def software() -> dict[str, str]:
     """Return what results may depend on: the hash of the code that makes them, and the versions of packages."""
     return {"the code of hhrl-bench": code_sha256()[:12], **_versions()}
-
-
-def git_commit(package: Path) -> str | None:
-    """Return the commit of the checkout that ``package`` is the top-level folder of; None if it is not in one.
-
-    The commit ends in ``-dirty`` where tracked files differ from it.
-    """
-    top = _git(package, "rev-parse", "--show-toplevel")
-    if top is None or Path(top).resolve() != package.resolve().parent:
-        return None
-    commit = _git(package, "rev-parse", "HEAD")
-    if commit is None:
-        return None
-    return commit + ("-dirty" if _git(package, "status", "--porcelain", "--untracked-files=no") else "")
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
@@ -81,3 +109,15 @@ def _processor() -> str:
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
+
+
+@cache
+def code_sha256() -> str:
+    """Return the sha256, in hex, of all Python files of the three packages: where it is another, results may be too."""
+    sha = hashlib.sha256()
+    for package in (hhrl_envs, hhrl_agents, hhrl_bench):
+        folder = Path(str(package.__file__)).parent
+        for path in sorted(folder.rglob("*.py")):
+            sha.update(f"{package.__name__}/{path.relative_to(folder).as_posix()}:{path.stat().st_size};".encode())
+            sha.update(path.read_bytes())
+    return sha.hexdigest()

@@ -1,6 +1,6 @@
 """Agents for the stop-line benchmark: rule agents (numpy) and learned agents (torch, imported where used)."""
 
-from hhrl_agents.base import Agent, Decision, HierarchicalAgent
-from hhrl_agents.registry import METHODS, RULES
+from hhrl_agents.agent import Agent, Decision, HierarchicalAgent
+from hhrl_agents.methods.registry import METHODS, RULES
 
 __all__ = ["METHODS", "RULES", "Agent", "Decision", "HierarchicalAgent"]

@@ -1,17 +1,16 @@
 """Driving environments for hierarchical reinforcement learning: stop at a stop-line behind traffic."""
 
-from hhrl_envs import gym_registration, observation
-from hhrl_envs.errors import InputError, UnknownScenarioError
-from hhrl_envs.goals import Goal
-from hhrl_envs.options import Option
-from hhrl_envs.outcomes import Outcome
-from hhrl_envs.profiles import ProfileFamily
-from hhrl_envs.registry import SCENARIOS, get_scenario
-from hhrl_envs.scenario import Adversary, Band, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
-from hhrl_envs.simulator import Simulator
-from hhrl_envs.triads import triad
+from types import ModuleType
 
-gym_registration.register_all()
+from hhrl_envs import observation
+from hhrl_envs.errors import InputError, UnknownScenarioError
+from hhrl_envs.scenario.enums import Goal, Option, Outcome
+from hhrl_envs.scenario.profiles import ProfileFamily
+from hhrl_envs.scenario.registry import SCENARIOS, get_scenario
+from hhrl_envs.scenario.scenario import Adversary, Band, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
+from hhrl_envs.simulation.simulator import Simulator
+from hhrl_envs.views.triad import register, triad
+from hhrl_envs.worlds import WORLDS
 
 __all__ = [
     "SCENARIOS",
@@ -33,5 +32,13 @@ __all__ = [
     "Vehicle",
     "get_scenario",
     "observation",
+    "register",
     "triad",
 ]
+
+
+def __getattr__(name: str) -> ModuleType:
+    """Return the module of a world: ``from hhrl_envs import stop_line_v0``."""
+    if name in WORLDS:
+        return WORLDS[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,5 +1,7 @@
 """Errors that name a bad input in one line."""
 
+from importlib.util import find_spec
+
 _LONGEST = 1000
 
 
@@ -28,3 +30,18 @@ def require_value(holds: bool, name: str, value: object, allowed: str) -> None:
     """Return nothing where ``holds``; else raise an ``InputError`` that names the value and what to write instead."""
     if not holds:
         raise InputError(f"{name} is {value}; write {allowed}")
+
+
+class MissingExtraError(InputError):
+    """A feature was asked for whose optional dependency is not installed."""
+
+
+def require(module: str, extra: str) -> None:
+    """Return when the top-level ``module`` is installed.
+
+    Raises:
+        MissingExtraError: it is not; the message says how to install the extra that brings it.
+    """
+    if find_spec(module) is None:
+        checkout = f"in a checkout: pip install -e '.[{extra}]'"
+        raise MissingExtraError(f"{module} is not installed; run: pip install 'hhrl-bench[{extra}]', or {checkout}")

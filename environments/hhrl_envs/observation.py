@@ -20,8 +20,7 @@ back the float32 SI value exactly.
 
 import numpy as np
 
-from hhrl_envs import layout as at
-from hhrl_envs.compiled import Floats, Floats32, inner, unsigned
+from hhrl_envs.arrays import Floats32
 
 V_E, A_E, J_E, D_F, V_F, A_F, D_FC, FC_RATIO, D_D, D_DC, DC_RATIO = range(11)
 SIZE = 11
@@ -36,12 +35,3 @@ SCALES: Floats32 = np.array(_SCALES, np.float32)
 def to_si(observations: Floats32) -> Floats32:
     """Return the SI values of scaled observations, float32 of the same shape [..., 11]."""
     return observations / SCALES
-
-
-@inner
-def observe(m: Floats, s: int, out: Floats32, agent: int, first: int, lanes: int) -> None:
-    """Write the observations of the agents of record ``s`` to ``out``, float32 [11, agent, row], from row ``first``."""
-    for index in range(out.shape[0]):
-        measured, scale = s + at.MEASURED + unsigned(index * at.STRIDE), _SCALES[index]
-        for i in range(lanes):
-            out[index, agent, first + i] = m[measured + i] * scale

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES, Decision
-from hhrl_agents.base import BoolArray, Float32Array
-from hhrl_agents.cast import EGO_ALONE, Cast
+from hhrl_agents.agent import BoolArray, Float32Array
+from hhrl_agents.training.vehicles import EGO_ALONE, Cast
 from hhrl_envs import InputError, Simulator, get_scenario
-from hhrl_envs.simulator import Results
+from hhrl_envs.simulation.simulator import Results
 
 PLATOON, ADVERSARY = get_scenario("platoon-v0"), get_scenario("adversary-v0")
 ROWS = 7

@@ -10,14 +10,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from safetensors.torch import save_file
 
-from hhrl_agents import METHODS, checkpoints
-from hhrl_agents.checkpoints import CheckpointError
-from hhrl_agents.files import OutputError
-from hhrl_agents.frozen import frozen_parameters
-from hhrl_agents.learned import LearnedAgent, describe, make_agent
-from hhrl_agents.networks import method_shapes
-from hhrl_agents.parameters import ParameterStack
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents import METHODS
+from hhrl_agents.atomic_files import OutputError
+from hhrl_agents.networks.parameters import ParameterStack
+from hhrl_agents.networks.value_networks import method_shapes
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.policies.checkpoints import CheckpointError, frozen_parameters
+from hhrl_agents.policies.learned_agent import LearnedAgent, describe, make_agent
+from hhrl_agents.random_streams import Purpose, generators
 from hhrl_envs import get_scenario
 from hhrl_envs.observation import SIZE
 

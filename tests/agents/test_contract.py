@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import torch
 
-from hhrl_agents import METHODS, checkpoints, frozen
-from hhrl_agents.methods import Method
-from hhrl_agents.progress import TrainableStack
-from hhrl_agents.training import make_learner
+from hhrl_agents import METHODS
+from hhrl_agents.algorithms.make import make_learner
+from hhrl_agents.methods.method import Method
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.training.learner import TrainableStack
 from hhrl_envs import Scenario, Simulator, get_scenario
 from support.configs import small_methods
 
@@ -54,7 +55,7 @@ def test_a_method_trains_and_its_checkpoint_is_the_agent(
         assert all(torch.equal(value, same.parameters[key]) for key, value in policy.parameters.items())
     agent, path = learner.policies()[1], tmp_path / "seed-5.safetensors"
     checkpoints.save(path, agent)
-    monkeypatch.setattr(frozen, "SHIPPED", tmp_path / "nowhere")
+    monkeypatch.setattr(checkpoints, "SHIPPED", tmp_path / "nowhere")
     loaded = checkpoints.load(path)
     assert loaded.method == agent.method == SMALL_METHODS[name]
     simulator = Simulator(agent.scenario, 9)

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hhrl_agents.controllers import FollowFrontVehicle, StopAtStopLine, nearest_levels
+from hhrl_agents.rules.controllers import FollowFrontVehicle, StopAtStopLine, nearest_levels
 from hhrl_envs import get_scenario
 from hhrl_envs import observation as obs
 

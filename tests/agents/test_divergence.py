@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
-from hhrl_agents.divergence import beyond_bound
-from hhrl_agents.learners import Learner
+from hhrl_agents.algorithms.double_dqn import Learner
+from hhrl_agents.training.learner import beyond_bound
 from hhrl_envs import get_scenario
 
 SCENARIO = get_scenario("stop-line-v0")

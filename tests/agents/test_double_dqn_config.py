@@ -2,7 +2,7 @@ from typing import Any
 
 import pytest
 
-from hhrl_agents.double_dqn_config import DoubleDQNConfig
+from hhrl_agents.methods.configs import DoubleDQNConfig
 from support.misuse import refused
 
 

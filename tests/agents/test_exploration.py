@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from hhrl_agents.base import IntArray
-from hhrl_agents.exploration import GREEDY, Explorer
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.agent import IntArray
+from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.training.exploration import GREEDY, Explorer
 
 
 def draws(epsilon: float, longest: int, steps: int = 4000, seeds: tuple[int, ...] = (1, 2)) -> IntArray:

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_agents.files import OutputError, require_writable, write_atomically
+from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
 
 
 def names(folder: Path) -> list[str]:

@@ -8,16 +8,17 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from hhrl_agents import METHODS, RULES, checkpoints, frozen
-from hhrl_agents.algorithms import Algorithm, make_algorithm
-from hhrl_agents.exploration import GREEDY
-from hhrl_agents.frozen import frozen_parameters
-from hhrl_agents.learned import HierarchicalLearnedAgent, make_agent
-from hhrl_agents.levels import LevelErrors
-from hhrl_agents.networks import method_shapes
-from hhrl_agents.parameters import ParameterStack
-from hhrl_agents.replay import Batch
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents import METHODS, RULES
+from hhrl_agents.algorithms.level import LevelErrors
+from hhrl_agents.algorithms.td_errors import Algorithm, make_algorithm
+from hhrl_agents.networks.parameters import ParameterStack
+from hhrl_agents.networks.value_networks import method_shapes
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.policies.checkpoints import frozen_parameters
+from hhrl_agents.policies.learned_agent import HierarchicalLearnedAgent, make_agent
+from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.replay.buffer import Batch
+from hhrl_agents.training.exploration import GREEDY
 from hhrl_envs import InputError, Option, Simulator, get_scenario
 from hhrl_envs.observation import D_D, SIZE
 
@@ -145,7 +146,7 @@ def test_given_actions_stop_by_the_controller_and_follow_by_the_trained_policy()
     options, actions = algorithm.choose(observations.reshape(len(SEEDS), COUNT, SIZE), (tried,))
     np.testing.assert_array_equal(options, tried)
     stop = RULES["rule-2"](MAIN).act(observations).action
-    follower = checkpoints.load(frozen.SHIPPED / "follow-only" / "seed-0.safetensors")
+    follower = checkpoints.load(checkpoints.SHIPPED / "follow-only" / "seed-0.safetensors")
     assert isinstance(follower, HierarchicalLearnedAgent)
     follow = follower.act_with_option(observations, np.ones(len(observations), np.int64))
     assert (stop != follow).any()
@@ -177,6 +178,6 @@ def test_a_missing_follower_is_one_line(tmp_path: Path, monkeypatch: pytest.Monk
     other = replace(METHODS["option-only"], ffv=replace(METHODS["follow-only"], attention=True))
     with pytest.raises(InputError, match="another config; train that again"):
         frozen_parameters(other)
-    monkeypatch.setattr(frozen, "SHIPPED", tmp_path)
+    monkeypatch.setattr(checkpoints, "SHIPPED", tmp_path)
     with pytest.raises(InputError, match="no such file"):
         frozen_parameters(METHODS["option-only"])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hhrl_agents.lambda_returns import lambda_returns
+from hhrl_agents.algorithms.pqn import lambda_returns
 
 GAMMA = 0.9
 STEPS = 12

@@ -2,7 +2,7 @@ from typing import Any
 
 import pytest
 
-from hhrl_agents.learner_config import LearnerConfig
+from hhrl_agents.methods.configs import LearnerConfig
 from support.misuse import refused
 
 

@@ -8,17 +8,17 @@ import torch
 from numpy.typing import NDArray
 
 from hhrl_agents import METHODS
-from hhrl_agents.exploration import GREEDY
-from hhrl_agents.learned import LearnedAgent
-from hhrl_agents.learners import Learner, linear
-from hhrl_agents.learning_rewards import level_rewards
-from hhrl_agents.memory import Traces
-from hhrl_agents.methods import Method
-from hhrl_agents.progress import Progress
-from hhrl_agents.replay import Batch
+from hhrl_agents.algorithms.double_dqn import Learner, linear
+from hhrl_agents.methods.method import Method
+from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_agents.policies.observation_memory import Traces
+from hhrl_agents.replay.buffer import Batch
+from hhrl_agents.training.environments import level_rewards
+from hhrl_agents.training.exploration import GREEDY
+from hhrl_agents.training.learner import Progress
 from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs.observation import SIZE
-from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
+from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 
 MAIN = get_scenario("stop-line-v0")
 NAMES = [name for name, method in METHODS.items() if method.algorithm == "double-dqn"]

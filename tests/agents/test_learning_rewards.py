@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from hhrl_agents import METHODS
-from hhrl_agents.learning_rewards import discounts, level_rewards
-from hhrl_agents.methods import Method
-from hhrl_agents.replay import ACTION, OPTION
+from hhrl_agents.agent import ACTION, OPTION
+from hhrl_agents.methods.method import Method
+from hhrl_agents.training.environments import discounts, level_rewards
 from hhrl_envs import Outcome, Simulator, get_scenario
-from hhrl_envs.rewards import COLLISION, NOT_STOP, SUCCESS, TIME, TIMEOUT, UNSAFE_FFV, UNSAFE_SSL, UNSMOOTH
+from hhrl_envs.simulation.rewards import COLLISION, NOT_STOP, SUCCESS, TIME, TIMEOUT, UNSAFE_FFV, UNSAFE_SSL, UNSMOOTH
 from support.driving import careful_actions
 
 MAIN = get_scenario("stop-line-v0")

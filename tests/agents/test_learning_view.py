@@ -6,10 +6,10 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from hhrl_agents.learning_view import LearningView
-from hhrl_agents.ppo_config import PPOConfig
+from hhrl_agents.algorithms.ppo_seed import LearningView
+from hhrl_agents.methods.configs import PPOConfig
 from hhrl_envs import Outcome, Simulator, get_scenario
-from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
+from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 from support.driving import random_actions
 
 SHORT = replace(get_scenario("stop-line-v0"), id="short", horizon=90)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hhrl_agents.memory import Traces
+from hhrl_agents.policies.observation_memory import Traces
 from hhrl_envs import InputError
 from hhrl_envs.observation import SIZE
 

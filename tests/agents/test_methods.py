@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from hhrl_agents import METHODS
-from hhrl_agents.double_dqn_config import DoubleDQNConfig
-from hhrl_agents.methods import Method
+from hhrl_agents.methods.configs import DoubleDQNConfig
+from hhrl_agents.methods.method import Method
 from hhrl_envs import InputError
 
 

@@ -3,9 +3,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from hhrl_agents.base import BoolArray
-from hhrl_agents.multistep import MultiStep
-from hhrl_agents.replay import Transitions
+from hhrl_agents.agent import BoolArray
+from hhrl_agents.replay.buffer import Transitions
+from hhrl_agents.replay.n_step import MultiStep
 from hhrl_envs.observation import SIZE
 
 GAMMA = 0.9

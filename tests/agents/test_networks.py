@@ -6,11 +6,18 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
-from hhrl_agents.double_dqn_config import DoubleDQNConfig
-from hhrl_agents.mlp import MLP, Shapes, mlp_shapes
-from hhrl_agents.networks import ActionNetwork, frozen_shapes, mask_penalty, method_shapes, one_hot, subset
-from hhrl_agents.parameters import ParameterStack
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.methods.configs import DoubleDQNConfig
+from hhrl_agents.networks.mlp import MLP, Shapes, mlp_shapes
+from hhrl_agents.networks.parameters import ParameterStack
+from hhrl_agents.networks.value_networks import (
+    ActionNetwork,
+    frozen_shapes,
+    mask_penalty,
+    method_shapes,
+    one_hot,
+    subset,
+)
+from hhrl_agents.random_streams import Purpose, generators
 from hhrl_envs.observation import D_D, SIZE
 from support import plain_networks
 

@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 import torch
 
-from hhrl_agents import METHODS, checkpoints
-from hhrl_agents.learned import LearnedAgent
-from hhrl_agents.methods import Method
-from hhrl_agents.ppo import PPOLearner
-from hhrl_agents.ppo_config import PPOConfig
-from hhrl_agents.progress import Progress
-from hhrl_agents.training import make_learner
+from hhrl_agents import METHODS
+from hhrl_agents.algorithms.make import make_learner
+from hhrl_agents.algorithms.ppo import PPOLearner
+from hhrl_agents.methods.configs import PPOConfig
+from hhrl_agents.methods.method import Method
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_agents.training.learner import Progress
 from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs.observation import SIZE
-from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
+from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 
 MAIN = get_scenario("stop-line-v0")
 SHORT = replace(MAIN, id="short", horizon=90)
@@ -161,6 +162,6 @@ def test_worlds_must_be_one_for_each_environment() -> None:
 
 
 def test_without_the_library_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_envs.extras.find_spec", lambda _: None)
+    monkeypatch.setattr("hhrl_envs.errors.find_spec", lambda _: None)
     with pytest.raises(InputError, match=r"pip install 'hhrl-bench\[sb3\]'"):
         learner_of()

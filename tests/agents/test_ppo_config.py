@@ -2,7 +2,7 @@ from typing import Any
 
 import pytest
 
-from hhrl_agents.ppo_config import PPOConfig
+from hhrl_agents.methods.configs import PPOConfig
 from hhrl_envs import InputError
 
 

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 import torch
 
-from hhrl_agents import METHODS, checkpoints
-from hhrl_agents.learned import LearnedAgent
-from hhrl_agents.memory import Traces
-from hhrl_agents.methods import Method
-from hhrl_agents.pqn import PQNLearner, Step, Targets
-from hhrl_agents.progress import Progress
+from hhrl_agents import METHODS
+from hhrl_agents.algorithms.pqn import PQNLearner, Step, Targets
+from hhrl_agents.methods.method import Method
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_agents.policies.observation_memory import Traces
+from hhrl_agents.training.learner import Progress
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
 from hhrl_envs.observation import SIZE
 

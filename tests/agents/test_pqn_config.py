@@ -2,7 +2,7 @@ from typing import Any
 
 import pytest
 
-from hhrl_agents.pqn_config import PQNConfig
+from hhrl_agents.methods.configs import PQNConfig
 from hhrl_envs import InputError
 
 

@@ -1,8 +1,8 @@
 import numpy as np
 import torch
 
-from hhrl_agents.base import NO_ACTION
-from hhrl_agents.replay import Batch, ReplayBuffer, Transitions
+from hhrl_agents.agent import NO_ACTION
+from hhrl_agents.replay.buffer import Batch, ReplayBuffer, Transitions
 from hhrl_envs.observation import SIZE
 
 CPU = torch.device("cpu")

@@ -8,13 +8,14 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from hhrl_agents import METHODS, checkpoints  # noqa: E402
-from hhrl_agents.cast import EGO_ALONE, Cast  # noqa: E402
-from hhrl_agents.frozen import SHIPPED  # noqa: E402
-from hhrl_agents.learners import Learner  # noqa: E402
-from hhrl_agents.methods import Method  # noqa: E402
-from hhrl_agents.progress import TrainableStack  # noqa: E402
-from hhrl_agents.training import make_learner  # noqa: E402
+from hhrl_agents import METHODS  # noqa: E402
+from hhrl_agents.algorithms.double_dqn import Learner  # noqa: E402
+from hhrl_agents.algorithms.make import make_learner  # noqa: E402
+from hhrl_agents.methods.method import Method  # noqa: E402
+from hhrl_agents.policies import checkpoints  # noqa: E402
+from hhrl_agents.policies.checkpoints import SHIPPED  # noqa: E402
+from hhrl_agents.training.learner import TrainableStack  # noqa: E402
+from hhrl_agents.training.vehicles import EGO_ALONE, Cast  # noqa: E402
 from hhrl_envs import InputError, get_scenario  # noqa: E402
 from hhrl_envs.state import State  # noqa: E402
 from support.configs import with_values  # noqa: E402

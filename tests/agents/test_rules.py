@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES, HierarchicalAgent
-from hhrl_agents.base import FloatArray
+from hhrl_agents.agent import FloatArray
 from hhrl_envs import Option, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs import observation as obs
-from hhrl_envs.rewards import UNSAFE_FFV, UNSAFE_SSL
+from hhrl_envs.simulation.rewards import UNSAFE_FFV, UNSAFE_SSL
 
 MAIN = get_scenario("stop-line-v0")
 ALONE = replace(MAIN, id="alone", traffic=replace(MAIN.traffic, count_shares=(1.0,)))

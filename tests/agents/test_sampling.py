@@ -5,10 +5,10 @@ import pytest
 from scipy import stats
 
 from hhrl_agents import METHODS
-from hhrl_agents.base import FloatArray, IntArray
-from hhrl_agents.double_dqn_config import DoubleDQNConfig
-from hhrl_agents.sampling import SCALE_RATE, Draw, PrioritizedSampler, UniformSampler, make_sampler
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.agent import FloatArray, IntArray
+from hhrl_agents.methods.configs import DoubleDQNConfig
+from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.replay.samplers import SCALE_RATE, Draw, PrioritizedSampler, UniformSampler, make_sampler
 
 CONFIG = DoubleDQNConfig(batch_size=16, priority_floor=0.05, priority_exponent=0.7, importance_exponent=0.5)
 ALPHA, BETA, FLOOR = CONFIG.priority_exponent, CONFIG.importance_exponent, CONFIG.priority_floor

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from hhrl_agents import METHODS, RULES
-from hhrl_agents.base import NO_ACTION, BoolArray
-from hhrl_agents.cast import EGO_ALONE, Cast
-from hhrl_agents.memory import Traces
-from hhrl_agents.methods import Method
-from hhrl_agents.replay import Transitions
-from hhrl_agents.stacked_environments import StackedEnvironments
+from hhrl_agents.agent import NO_ACTION, BoolArray
+from hhrl_agents.methods.method import Method
+from hhrl_agents.policies.observation_memory import Traces
+from hhrl_agents.replay.buffer import Transitions
+from hhrl_agents.training.environments import StackedEnvironments
+from hhrl_agents.training.vehicles import EGO_ALONE, Cast
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
-from hhrl_envs.rewards import TIMEOUT, UNSMOOTH
+from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 
 N_ENVS, SEEDS, STEPS = 6, 2, 700
 CASTS = {"platoon-v0": (0, 1, 2, 3), "adversary-v0": (1,)}

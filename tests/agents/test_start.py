@@ -8,10 +8,10 @@ import pytest
 import torch
 from torch import Tensor
 
-from hhrl_agents.learners import Learner
-from hhrl_agents.methods import Method
-from hhrl_agents.start import NOTHING, Start
-from hhrl_agents.training import make_learner
+from hhrl_agents.algorithms.double_dqn import Learner
+from hhrl_agents.algorithms.make import make_learner
+from hhrl_agents.methods.method import Method
+from hhrl_agents.training.start import NOTHING, Start
 from hhrl_envs import InputError, get_scenario
 from support.configs import small_methods
 from support.small_training import CONFIG

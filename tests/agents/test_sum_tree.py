@@ -4,8 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from hhrl_agents.base import FloatArray
-from hhrl_agents.sum_tree import FAN_OUT, SumTrees
+from hhrl_agents.agent import FloatArray
+from hhrl_agents.replay.sum_tree import FAN_OUT, SumTrees
 
 SIZES = pytest.mark.parametrize("leaves", [8, 9, 64, 65, 1000])
 ABOVE = np.nextafter(1.0, 0.0)

@@ -1,7 +1,7 @@
 """Agents look the same everywhere, and no two of them alike."""
 
 from hhrl_agents import METHODS, RULES
-from hhrl_bench.agent_style import in_order, lines, looks
+from hhrl_bench.figures.style import in_order, lines, looks
 
 PUBLISHED = [*(rule for rule in RULES if rule != "rule-4-literal"), "ddqn", "ddqn-plus", "hrl-0", "hrl-1", "hrl-2"]
 PUBLISHED += ["hrl-3", "hybrid-hrl", "hybrid-hrl-plus", "pqn", "ppo"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hhrl_agents import RULES, Agent, Decision
 from hhrl_bench import evaluate, load_agent
-from hhrl_bench.analysis import (
+from hhrl_bench.analysis.analyse import (
     attention_over_episode,
     attention_over_plane,
     level_rewards,
@@ -17,8 +17,8 @@ from hhrl_bench.analysis import (
     option_usage,
     record_steps,
 )
-from hhrl_bench.analysis_plane import Speeds, plane_states
-from hhrl_bench.analysis_steps import MAX_EPISODES, Steps, record_episode
+from hhrl_bench.analysis.plane import Speeds, plane_states
+from hhrl_bench.analysis.steps import MAX_EPISODES, Steps, record_episode
 from hhrl_bench.errors import AgentError, SeedError
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
 from hhrl_envs.observation import A_F, D_D, D_F, SIZE, SYMBOLS, to_si

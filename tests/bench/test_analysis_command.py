@@ -6,9 +6,10 @@ import matplotlib as mpl
 import pytest
 from PIL import Image
 
-from hhrl_bench import analysis
-from hhrl_bench.analysis_records import AnalysisRecord
-from hhrl_envs import extras
+from hhrl_bench.analysis import analyse
+from hhrl_bench.analysis.records import AnalysisRecord
+from hhrl_bench.figures import analysis
+from hhrl_envs import errors
 from support.command_line import invoke
 
 QUICK = ("--episodes", "20", "--task", "stop-line-paper-v0")
@@ -72,7 +73,7 @@ def test_a_flat_agents_files_leave_no_option_usage_of_another(tmp_path: Path) ->
 
 
 def test_equal_analyses_give_equal_files_whatever_the_users_settings(tmp_path: Path) -> None:
-    record = analysis.analyse("ddqn", "stop-line-paper-v0", episodes=20)
+    record = analyse.analyse("ddqn", "stop-line-paper-v0", episodes=20)
     first, again = tmp_path / "first", tmp_path / "again"
     analysis.require_folder(first)
     analysis.write(record, first)
@@ -103,14 +104,14 @@ def test_bad_usage_is_one_line_and_exit_code_2(arguments: tuple[str, ...], said:
 
 
 def test_what_cannot_be_written_is_refused_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_bench.analysis_command.analyse", lambda *_: pytest.fail("analysed"))
+    monkeypatch.setattr("hhrl_bench.cli.pictures.analyse", lambda *_: pytest.fail("analysed"))
     file = tmp_path / "file"
     file.write_text("before")
     result = invoke("analyse", "rule-1", "--out", str(file))
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert "cannot write" in result.stderr
     assert file.read_text() == "before"
-    monkeypatch.setattr(extras, "find_spec", lambda _: None)
+    monkeypatch.setattr(errors, "find_spec", lambda _: None)
     result = invoke("analyse", "rule-1", "--out", str(tmp_path / "new"))
     assert result.exit_code == 2
     assert "pip install 'hhrl-bench[report]'" in result.stderr

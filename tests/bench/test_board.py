@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hhrl_agents.files import OutputError
-from hhrl_bench.board import Board, StudyStatus, UnitStatus
+from hhrl_agents.atomic_files import OutputError
 from hhrl_bench.errors import RecordError
+from hhrl_bench.execution.progress_board import Board, StudyStatus, UnitStatus
+from hhrl_bench.execution.run import Overseer
 from hhrl_bench.locks import is_locked, locked
-from hhrl_bench.overseer import Overseer
 from hhrl_envs.errors import one_line
 from support.command_line import invoke
 
@@ -89,7 +89,7 @@ def test_any_text_becomes_a_line_that_a_record_takes(text: str) -> None:
 
 def test_a_unit_whose_file_stays_the_same_has_stalled(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 1000.0
-    monkeypatch.setattr("hhrl_bench.overseer.time.perf_counter", lambda: now)
+    monkeypatch.setattr("hhrl_bench.execution.run.time.perf_counter", lambda: now)
     shown: list[list[str]] = []
     overseer = Overseer(board, lambda running: shown.append([one.unit for one in running]), patience=60.0)
     for name in ("a", "b on c"):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hhrl_bench.censored import Bounded, median, ratio_of_medians
+from hhrl_bench.statistics.censored_times import Bounded, median, ratio_of_medians
 
 BUDGET = 100.0
 

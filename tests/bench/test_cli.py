@@ -11,13 +11,13 @@ import pytest
 
 import hhrl_bench
 from hhrl_agents import METHODS, RULES
-from hhrl_bench import suite, units
-from hhrl_bench.evaluation import evaluate
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.loading import load_agent
-from hhrl_bench.records import EvaluationRecord
-from hhrl_bench.suite import SUITES, ScoreSuite
-from hhrl_bench.tasks import TASKS
+from hhrl_bench.evaluation.evaluate import evaluate
+from hhrl_bench.evaluation.loading import load_agent
+from hhrl_bench.evaluation.records import EvaluationRecord
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.suites import suites, units
+from hhrl_bench.suites.suites import SUITES, ScoreSuite
+from hhrl_bench.tasks.tasks import TASKS
 from support.command_line import invoke
 
 ROOT = Path(hhrl_bench.__file__).parent.parent
@@ -64,7 +64,7 @@ def tiny(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFacto
     """A suite that takes no time, in place of the quick one, in a folder of its own to work in."""
     monkeypatch.chdir(tmp_path_factory.mktemp("work"))
     small = ScoreSuite("quick", agents=("rule-2", "rule-4"), tasks=("stop-line-v0",), episodes=20)
-    monkeypatch.setattr(suite, "SUITES", {"quick": small})
+    monkeypatch.setattr(suites, "SUITES", {"quick": small})
     return small
 
 
@@ -106,7 +106,7 @@ def test_several_agents_share_one_record_and_one_table() -> None:
 
 
 def test_an_agent_that_does_not_load_is_said_before_the_others_play(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_bench.commands.evaluate_agent", lambda *_: pytest.fail("played"))
+    monkeypatch.setattr("hhrl_bench.cli.agents.evaluate_agent", lambda *_: pytest.fail("played"))
     assert "unknown agent 'rule-9'" in refused("evaluate", "rule-1", "rule-9")
 
 
@@ -264,7 +264,7 @@ def test_bad_usage_is_one_line_and_exit_code_2(arguments: list[str], said: str) 
 
 
 def test_output_below_a_file_is_refused_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_bench.study.run_stages", lambda *_: pytest.fail("played"))
+    monkeypatch.setattr("hhrl_bench.suites.study.run_stages", lambda *_: pytest.fail("played"))
     file = tmp_path / "file"
     file.write_text("before")
     assert "cannot write" in refused("run", "--out", str(file / "a.json"))
@@ -273,7 +273,7 @@ def test_output_below_a_file_is_refused_before_the_work(tmp_path: Path, monkeypa
 
 
 def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_bench.commands.evaluate_agent", lambda *_: 1 // 0)
+    monkeypatch.setattr("hhrl_bench.cli.agents.evaluate_agent", lambda *_: 1 // 0)
     assert isinstance(invoke("evaluate", "rule-1").exception, ZeroDivisionError)
 
 
@@ -345,7 +345,7 @@ def test_an_interrupt_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> No
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hhrl_bench.commands.list_registered", interrupted)
+    monkeypatch.setattr("hhrl_bench.cli.agents.list_registered", interrupted)
     result = invoke("list", "agents")
     assert result.exit_code == 130
     assert result.stderr.strip() == "hhrl-bench: interrupted; what was not finished was not written"

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from hhrl_bench.cells import COLUMNS, NONE
-from hhrl_bench.comparison_records import PairwiseRecord
-from hhrl_bench.comparison_table import SHOWN, print_comparisons
-from hhrl_bench.comparisons import Runs, compare
+from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, compare
+from hhrl_bench.tables.comparisons import SHOWN, print_comparisons
+from hhrl_bench.tables.sheet import COLUMNS
+from hhrl_bench.text import NONE
 
 
 def study() -> list[PairwiseRecord]:

@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.stats import bootstrap, mannwhitneyu
 
-from hhrl_bench.comparison_records import PairwiseRecord
-from hhrl_bench.comparisons import Runs, against, compare
 from hhrl_bench.errors import RecordError
-from hhrl_bench.statistics import FloatArray
+from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare
+from hhrl_bench.statistics.intervals import FloatArray
 
 
 def pair(a: list[list[float]], b: list[list[float]], seed: int = 0) -> PairwiseRecord:

@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from hhrl_bench.efficiency import efficiency
-from hhrl_bench.efficiency_records import EfficiencyRecord
 from hhrl_bench.errors import CurveError
-from hhrl_bench.transfer_metrics import THRESHOLD
+from hhrl_bench.leaderboard.efficiency import EfficiencyRecord, efficiency
+from hhrl_bench.training.learning_curves import THRESHOLD
 from support.trainings import STEPS, training
 
 SOON, LATE, NEVER = (0.0, 0.93, 0.2, 0.3), (0.0, 0.9, 0.92, 1.0), (0.0, 0.9, 0.92, 0.92)

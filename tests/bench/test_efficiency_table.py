@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from hhrl_bench.efficiency import efficiency
-from hhrl_bench.efficiency_table import print_efficiencies
+from hhrl_bench.leaderboard.efficiency import efficiency
+from hhrl_bench.tables.efficiency import print_efficiencies
 from support.trainings import training
 
 SOON, NEVER = (0.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0)

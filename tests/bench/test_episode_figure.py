@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hhrl_bench.episode_figure import save_episode, typical_episode
 from hhrl_bench.errors import SeedError
-from hhrl_bench.loading import SHIPPED
+from hhrl_bench.evaluation.loading import SHIPPED
+from hhrl_bench.figures.episode import save_episode, typical_episode
 from hhrl_envs import Outcome
 
 

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 import hhrl_bench
 from hhrl_agents import RULES, Decision
-from hhrl_bench.episodes import EpisodeRecords, join
 from hhrl_bench.errors import AgentError, SeedError
-from hhrl_bench.evaluation import BATCH_ROWS, evaluate, play
-from hhrl_bench.metrics import METRICS, means
-from hhrl_bench.tasks import TEST, get_task
-from hhrl_envs import Option, Outcome, Simulator, get_scenario, rewards
+from hhrl_bench.evaluation.episodes import EpisodeRecords, join
+from hhrl_bench.evaluation.evaluate import BATCH_ROWS, evaluate, play
+from hhrl_bench.evaluation.metrics import METRICS, means
+from hhrl_bench.tasks.tasks import TEST, get_task
+from hhrl_envs import Option, Outcome, Simulator, get_scenario
+from hhrl_envs.simulation import rewards
 
 SCENARIO = get_scenario("stop-line-v0")
 Answer = Callable[[NDArray[np.float32]], Any]

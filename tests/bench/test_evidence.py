@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from safetensors.numpy import save
 
-from hhrl_bench import evidence
-from hhrl_bench.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.errors import RecordError
-from hhrl_bench.evaluation import Played
-from hhrl_bench.evidence import pack, unpack
-from hhrl_bench.traces import Trace
+from hhrl_bench.evaluation import evidence
+from hhrl_bench.evaluation.decisions import Trace
+from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
+from hhrl_bench.evaluation.evaluate import Played
+from hhrl_bench.evaluation.evidence import pack, unpack
 
 
 @st.composite

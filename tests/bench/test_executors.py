@@ -9,13 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.attempts import Done
-from hhrl_bench.board import Board
-from hhrl_bench.executors import ATTEMPTS, Execution, run_units
-from hhrl_bench.local_pool import LocalPool
-from hhrl_bench.overseer import Overseer
+from hhrl_bench.execution.local_pool import LocalPool
+from hhrl_bench.execution.progress_board import Board
+from hhrl_bench.execution.run import ATTEMPTS, Execution, Overseer, run_units
+from hhrl_bench.execution.unit import Done, Unit
 from hhrl_bench.progress import silent
-from hhrl_bench.units import Evaluation, Unit
+from hhrl_bench.suites.units import Evaluation
 from support.told import TASK, Told, is_running
 
 AGENTS = ("rule-1", "rule-4", "rule-plus")
@@ -120,7 +119,7 @@ def test_other_children_of_the_caller_are_left_alone(tmp_path: Path) -> None:
 def test_no_worker_outlives_a_driver_that_is_killed(tmp_path: Path) -> None:
     code = (
         "from pathlib import Path; from support.told import Told\n"
-        "from hhrl_bench.executors import Execution, run_units\n"
+        "from hhrl_bench.execution.run import Execution, run_units\n"
         "if __name__ == '__main__':\n"
         "    with Execution(workers=2).pool() as pool:\n"
         f"        list(run_units([Told(n, Path({str(tmp_path)!r}), 'hangs') for n in 'ab'], pool))\n"

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench import leaderboard
 from hhrl_bench.errors import RecordError
-from hhrl_bench.failures import failures, film_failures
-from hhrl_bench.store import Store
-from hhrl_bench.study import suite_study
-from hhrl_bench.suite import ScoreSuite
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.figures.watch import failures, film_failures
+from hhrl_bench.leaderboard import entry as leaderboard
+from hhrl_bench.suites.study import suite_study
+from hhrl_bench.suites.suites import ScoreSuite
 from hhrl_envs import Outcome
 from support.command_line import invoke
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench import leaderboard
-from hhrl_bench.details_table import worst_run
-from hhrl_bench.overview_table import success_cell
-from hhrl_bench.records import ResultRecord
+from hhrl_bench.evaluation.records import ResultRecord
+from hhrl_bench.leaderboard import entry
+from hhrl_bench.tables.success import success_cell
+from hhrl_bench.tables.worst_cases import worst_run
 
 ROOT = Path(__file__).parents[2]
-BOARD = leaderboard.read(ROOT / "leaderboards" / "full.json")
+BOARD = entry.read(ROOT / "leaderboards" / "full.json")
 RESULTS = {(result.task, result.agent): result for result in BOARD.results}
 LEARNED = ("ddqn", "ddqn-plus", "hybrid-hrl", "hybrid-hrl-plus", "pqn")
 PAGES = {

@@ -9,15 +9,16 @@ import pytest
 from pydantic import ValidationError
 
 from hhrl_agents import METHODS, RULES
-from hhrl_bench import leaderboard, units
 from hhrl_bench.errors import AgentError, RecordError, UnknownSuiteError
-from hhrl_bench.leaderboard import read, write
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.loading import shipped_methods
-from hhrl_bench.records import MetricsRecord
-from hhrl_bench.study import suite_study
-from hhrl_bench.suite import SUITES, ScoreSuite, Suite, get_suite
-from hhrl_bench.tasks import TASKS, TEST
+from hhrl_bench.evaluation.loading import shipped_methods
+from hhrl_bench.evaluation.records import MetricsRecord
+from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.entry import read, write
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.suites import units
+from hhrl_bench.suites.study import suite_study
+from hhrl_bench.suites.suites import SUITES, ScoreSuite, Suite, get_suite
+from hhrl_bench.tasks.tasks import TASKS, TEST
 
 TINY = ScoreSuite("tiny", agents=("rule-1", "rule-2"), tasks=("stop-line-v0",), episodes=30)
 Json = dict[str, Any]
@@ -136,7 +137,7 @@ def test_a_truncated_leaderboard_is_refused(board: LeaderboardRecord, tmp_path: 
 def test_an_oversized_file_is_not_read_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.json"
     path.write_text(" " * 300)
-    monkeypatch.setattr(leaderboard, "MAX_BYTES", 200)
+    monkeypatch.setattr(entry, "MAX_BYTES", 200)
     with pytest.raises(RecordError, match="larger than"):
         read(path)
 
@@ -180,13 +181,13 @@ def test_an_unknown_suite_is_told_which_there_are() -> None:
 
 def test_a_repeated_run_leaves_the_published_file_as_it_is(board: LeaderboardRecord, tmp_path: Path) -> None:
     path = tmp_path / "quick.json"
-    leaderboard.write(board, path)
+    entry.write(board, path)
     before = path.read_bytes()
     again = board.model_copy(update={"provenance": board.provenance.model_copy(update={"command": "again"})})
-    leaderboard.write(again, path)
+    entry.write(again, path)
     assert path.read_bytes() == before
-    leaderboard.write(board.model_copy(update={"suite": "other"}), path)
+    entry.write(board.model_copy(update={"suite": "other"}), path)
     assert path.read_bytes() != before
     path.write_text("{")
-    leaderboard.write(board, path)
+    entry.write(board, path)
     assert path.read_bytes() == before

@@ -6,15 +6,14 @@ from pathlib import Path
 import numpy as np
 from matplotlib.patches import Rectangle
 
-from hhrl_bench.agent_style import lines
-from hhrl_bench.figures import style
-from hhrl_bench.leaderboard import write
-from hhrl_bench.leaderboard_figures import save_leaderboard_figures
-from hhrl_bench.paper import TABLE_I
-from hhrl_bench.store import Store
-from hhrl_bench.table_one_figure import RATES, counterparts, draw_table_one
-from hhrl_bench.training_curves_figure import draw_training_curves
-from hhrl_bench.training_records import TrainingOutcomesRecord
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.figures.leaderboard import save_leaderboard_figures
+from hhrl_bench.figures.style import lines, style
+from hhrl_bench.figures.table_one import RATES, counterparts, draw_table_one
+from hhrl_bench.figures.training import draw_training_curves
+from hhrl_bench.leaderboard.entry import write
+from hhrl_bench.paper_table import TABLE_I
+from hhrl_bench.training.records import TrainingOutcomesRecord
 from support.boards import board, rules
 from support.command_line import invoke
 from support.trainings import STEPS, training

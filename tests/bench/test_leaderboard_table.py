@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.leaderboard import write
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.reference import compared_to_best
+from hhrl_bench.leaderboard.entry import write
+from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
 from support.command_line import invoke
 from support.whole_board import AGENTS, whole_board
 

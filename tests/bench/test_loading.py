@@ -8,7 +8,7 @@ import pytest
 
 from hhrl_agents import METHODS, RULES
 from hhrl_bench.errors import AgentError, UnknownTaskError
-from hhrl_bench.loading import load_agent, load_agents, shipped_methods
+from hhrl_bench.evaluation.loading import load_agent, load_agents, shipped_methods
 from hhrl_envs import get_scenario
 
 SCENARIO = get_scenario("stop-line-v0")

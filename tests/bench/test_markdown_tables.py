@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.markdown_tables import markdown, plain
-from hhrl_bench.paper import TABLE_I
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.paper_table import TABLE_I
+from hhrl_bench.tables.markdown import markdown, plain
 from support.whole_board import AGENTS, whole_board
 
 HOSTILE = (

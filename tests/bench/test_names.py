@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hhrl_bench.names import LONGEST, file_name, folded, indented
+from hhrl_bench.text import LONGEST, file_name, folded, indented
 
 
 @given(st.text(st.characters(codec="ascii", exclude_categories=["Cc", "Zs"]), max_size=80), st.integers(1, 30))

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench import outcome_file
-from hhrl_bench.outcome_file import keep_outcome
-from hhrl_bench.records import ResultRecord, TimedResult
-from hhrl_bench.results import evaluate_agent
-from hhrl_bench.store import Store
-from hhrl_bench.tasks import get_task
+from hhrl_bench.evaluation.records import ResultRecord, TimedResult
+from hhrl_bench.evaluation.results import evaluate_agent
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.suites import outcome_file
+from hhrl_bench.suites.outcome_file import keep_outcome
+from hhrl_bench.tasks.tasks import get_task
 
 TASK = get_task("stop-line-v0")
 
@@ -74,8 +74,8 @@ def test_other_code_makes_it_anew(unit: Unit, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_another_checkpoint_or_none_in_the_store_makes_it_anew(tmp_path: Path) -> None:
-    checkpoints = pytest.importorskip("hhrl_agents.checkpoints")
-    from hhrl_bench.loading import SHIPPED  # noqa: PLC0415
+    checkpoints = pytest.importorskip("hhrl_agents.policies.checkpoints")
+    from hhrl_bench.evaluation.loading import SHIPPED  # noqa: PLC0415
 
     path = tmp_path / "seed-0.safetensors"
     path.write_bytes((SHIPPED / "follow-only" / "seed-0.safetensors").read_bytes())

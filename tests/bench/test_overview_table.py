@@ -5,10 +5,11 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from hhrl_bench import sheets
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.markdown_tables import markdown
-from hhrl_bench.overview_table import contestants, notes, print_overview, spans_tasks
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.tables import success
+from hhrl_bench.tables.markdown import markdown
+from hhrl_bench.tables.success import contestants, notes, spans_tasks
+from hhrl_bench.tables.terminal import print_overview
 from support.whole_board import AGENTS, whole_board
 
 
@@ -26,7 +27,7 @@ def without(board: LeaderboardRecord, agent: str, task: str) -> LeaderboardRecor
 
 def test_every_agent_has_one_row_with_its_success_on_each_task() -> None:
     board = whole_board()
-    rows = sheets.overview_sheet(board.tasks, [board]).groups[0].rows
+    rows = success.overview_sheet(board.tasks, [board]).groups[0].rows
     assert tuple(row.name for row in rows) == AGENTS
     for row in rows:
         own = {one.task: one.metrics.success.mean or 0.0 for one in board.results if one.agent == row.name}
@@ -36,7 +37,7 @@ def test_every_agent_has_one_row_with_its_success_on_each_task() -> None:
 
 def test_what_was_not_played_is_a_dash() -> None:
     board = without(whole_board(), "rule-4", "stop-line-wet-v0")
-    row = sheets.overview_sheet(board.tasks, [board]).groups[0].rows[-1]
+    row = success.overview_sheet(board.tasks, [board]).groups[0].rows[-1]
     assert [cell.value is None for cell in row.cells] == [False, True]
     last = next(line for line in printed(board, 200).splitlines() if line.startswith("rule-4"))
     assert last.split()[-1] == "\N{EN DASH}"

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from hhrl_bench.figures import style
-from hhrl_bench.pareto import non_dominated
-from hhrl_bench.pareto_figure import draw_pareto, save_pareto
-from hhrl_bench.records import ResultRecord
+from hhrl_bench.evaluation.records import ResultRecord
+from hhrl_bench.figures.pareto import draw_pareto, non_dominated, save_pareto
+from hhrl_bench.figures.style import style
 from support.boards import board, result
 
 

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench import leaderboard, publication, suite
-from hhrl_bench.index_records import IndexRecord
-from hhrl_bench.suite import ScoreSuite
+from hhrl_bench.leaderboard import entry as leaderboard
+from hhrl_bench.publishing import publication
+from hhrl_bench.publishing.publication import IndexRecord
+from hhrl_bench.suites import suites
+from hhrl_bench.suites.suites import ScoreSuite
 from support.command_line import invoke
 
 TINY = ScoreSuite("tiny", agents=("rule-1", "rule-plus"), tasks=("stop-line-v0", "solo-stop-v0"), episodes=20)
@@ -17,7 +19,7 @@ OWN = "import hhrl_agents\n\n\ndef make(scenario):\n    return hhrl_agents.RULES
 
 @pytest.fixture(autouse=True)
 def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(suite, "SUITES", {"tiny": TINY})
+    monkeypatch.setattr(suites, "SUITES", {"tiny": TINY})
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +27,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the entry of the tiny suite and its files."""
     folder = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(suite, "SUITES", {"tiny": TINY})
+        patch.setattr(suites, "SUITES", {"tiny": TINY})
         paths = ("--out", str(folder / "board" / "tiny.json"), "--work", str(folder / "work"), "--workers", "1")
         assert invoke("run", "--suite", "tiny", *paths).exit_code == 0
     return folder / "board"
@@ -160,7 +162,7 @@ def test_an_entry_that_its_suite_does_not_make_is_refused(folder: Path, monkeypa
         ScoreSuite("tiny", TINY.agents, TINY.tasks, 30),
         ScoreSuite("tiny", TINY.agents, TINY.tasks[:1], 20),
     ):
-        monkeypatch.setattr(suite, "SUITES", {"tiny": other})
+        monkeypatch.setattr(suites, "SUITES", {"tiny": other})
         result = invoke("leaderboard", "submit", str(folder / "tiny.json"), "--name", "a", "--folder", str(folder))
         assert result.exit_code == 2
         assert "hhrl-bench run --suite tiny makes one" in result.stderr

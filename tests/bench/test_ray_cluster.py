@@ -14,10 +14,9 @@ from typing import NamedTuple
 
 import pytest
 
-from hhrl_bench.board import Board, StudyStatus, UnitStatus
 from hhrl_bench.errors import RecordError
-from hhrl_bench.executors import ATTEMPTS, Execution, run_units
-from hhrl_bench.overseer import Overseer
+from hhrl_bench.execution.progress_board import Board, StudyStatus, UnitStatus
+from hhrl_bench.execution.run import ATTEMPTS, Execution, Overseer, run_units
 from hhrl_bench.progress import silent
 from support.sweeps import environment, finish, results, start
 from support.told import Told, is_running

@@ -8,13 +8,13 @@ import pytest
 from numpy.typing import NDArray
 
 from hhrl_agents import RULES, Decision
-from hhrl_bench.episodes import EpisodeRecords
 from hhrl_bench.errors import RecordError
-from hhrl_bench.evaluation import Played, play_task
-from hhrl_bench.evidence import Evidence, pack, unpack
-from hhrl_bench.loading import load_agent
-from hhrl_bench.replaying import replay
-from hhrl_bench.tasks import TASKS, Task, get_task
+from hhrl_bench.evaluation.episodes import EpisodeRecords
+from hhrl_bench.evaluation.evaluate import Played, play_task
+from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
+from hhrl_bench.evaluation.loading import load_agent
+from hhrl_bench.tasks.tasks import TASKS, Task, get_task
+from hhrl_bench.verification.replay import replay
 from hhrl_envs import Option, get_scenario
 
 EPISODES = 5

@@ -5,14 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench import sheets
-from hhrl_bench.cells import NONE
-from hhrl_bench.leaderboard import write
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.paper import TABLE_I
-from hhrl_bench.reference import compared_to_best
-from hhrl_bench.report import LARGEST_SVG, html
-from hhrl_bench.store import Store
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.entry import write
+from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
+from hhrl_bench.paper_table import TABLE_I
+from hhrl_bench.publishing.html_page import LARGEST_SVG, html
+from hhrl_bench.tables import comparisons, efficiency, results, trainings, transfers, worst_cases
+from hhrl_bench.text import NONE
 from support.command_line import invoke
 from support.pages import Page
 from support.whole_board import AGENTS, whole_board
@@ -47,9 +46,12 @@ def page(text: str) -> Page:
 def test_every_number_of_every_table_is_on_the_page(board: LeaderboardRecord, page: Page) -> None:
     assert board.transfer is not None
     for task in board.tasks:
-        tables = [sheets.results_sheet(task, board.on(task)), sheets.details_sheet(task, board.on(task))]
-        tables += [sheets.comparison_sheet(compared_to_best(board, task)), sheets.efficiency_sheet(board.efficiency)]
-        tables += [sheets.trainings_sheet(board.trainings), *sheets.transfer_sheets(board.transfer.rows)]
+        tables = [results.results_sheet(task, board.on(task)), worst_cases.details_sheet(task, board.on(task))]
+        tables += [
+            comparisons.comparison_sheet(compared_to_best(board, task)),
+            efficiency.efficiency_sheet(board.efficiency),
+        ]
+        tables += [trainings.trainings_sheet(board.trainings), *transfers.transfer_sheets(board.transfer.rows)]
         for sheet in tables:
             assert list(sheet.headings) in page.rows
             for row in (row for group in sheet.groups for row in group.rows):
@@ -114,7 +116,7 @@ def test_a_leaderboard_without_learning_has_no_empty_sections(board: Leaderboard
 
 
 def test_a_large_figure_becomes_a_small_picture(board: LeaderboardRecord, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_bench.report.LARGEST_SVG", 0)
+    monkeypatch.setattr("hhrl_bench.publishing.html_page.LARGEST_SVG", 0)
     sources = [str(attributes["src"]) for tag, attributes in Page(page_of(board)).tags if tag == "img"]
     assert sources
     assert all(source.startswith("data:image/png;base64,") for source in sources)
@@ -126,7 +128,7 @@ def test_the_command_writes_the_page(
     board: LeaderboardRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, out: list[str], page: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hhrl_bench.report.html", lambda board, store: f"{board.suite} {store.folder}")
+    monkeypatch.setattr("hhrl_bench.publishing.html_page.html", lambda board, store: f"{board.suite} {store.folder}")
     write(board, Path("a.json"))
     assert invoke("report", "a.json", *out).exit_code == 0
     assert Path(page).read_text() == f"{board.suite} ."
@@ -159,7 +161,7 @@ def test_bad_input_is_one_line_and_leaves_everything(
 @pytest.mark.parametrize("module", ["jinja2", "matplotlib"])
 def test_the_extra_is_named_where_it_is_missing(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     find = importlib.util.find_spec
-    monkeypatch.setattr("hhrl_envs.extras.find_spec", lambda name: None if name == module else find(name))
+    monkeypatch.setattr("hhrl_envs.errors.find_spec", lambda name: None if name == module else find(name))
     result = invoke("report", "a.json")
     assert (result.exit_code, f"{module} is not installed" in result.stderr) == (2, True)
     assert "hhrl-bench[report]" in result.stderr

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hhrl_bench.provenance import provenance
-from hhrl_bench.run_directory import RunDirectory, failed_seeds
+from hhrl_bench.training.run_directory import RunDirectory, failed_seeds
 
 
 def test_failed_seeds_are_those_of_its_own_files(tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from hhrl_agents.learners import Learner  # noqa: E402
-from hhrl_bench import train as training  # noqa: E402
-from hhrl_bench.seed_run import find_fault  # noqa: E402
+from hhrl_agents.algorithms.double_dqn import Learner  # noqa: E402
+from hhrl_bench.training import train as training  # noqa: E402
+from hhrl_bench.training.seed_run import find_fault  # noqa: E402
 from support.command_line import invoke  # noqa: E402
 from support.small_training import STEPS, contents, plan, small_methods  # noqa: E402
 

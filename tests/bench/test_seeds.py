@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hhrl_bench.errors import SeedError, UnknownTaskError
-from hhrl_bench.seeds import MAX_TRAINING_SEED, SeedRange, consecutive_ranges, format_seeds, parse_seeds
-from hhrl_bench.tasks import SCRIPTED, TASKS, Task, get_task
+from hhrl_bench.tasks.seeds import MAX_TRAINING_SEED, SeedRange, consecutive_ranges, format_seeds, parse_seeds
+from hhrl_bench.tasks.tasks import SCRIPTED, TASKS, Task, get_task
 from hhrl_envs import SCENARIOS
 from hhrl_envs.errors import InputError
 

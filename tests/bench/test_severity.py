@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES
-from hhrl_bench.evaluation import play_task
-from hhrl_bench.severity import Severity
-from hhrl_bench.tasks import get_task
+from hhrl_bench.evaluation.episode_sums import Severity
+from hhrl_bench.evaluation.evaluate import play_task
+from hhrl_bench.tasks.tasks import get_task
 from hhrl_envs import Outcome, Simulator, get_scenario
 
 EPISODES = 12

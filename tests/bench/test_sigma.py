@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hhrl_bench.paper import TABLE_I, PaperRow
-from hhrl_bench.sigma import SIGMAS, ranges, recover
-from hhrl_bench.sigma_report import HELD, SigmaRecord, measure
+from hhrl_bench.calibration.reward_constants import HELD, SIGMAS, SigmaRecord, measure, ranges, recover
+from hhrl_bench.paper_table import TABLE_I, PaperRow
 from support.command_line import invoke
 
 PAPER = {reading.name: reading for reading in measure().readings}

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from hhrl_bench.paper import CASES, TABLE_I
-from hhrl_bench.statistics import bootstrap_band, bootstrap_mean, interquartile_mean, wilson
+from hhrl_bench.paper_table import CASES, TABLE_I
+from hhrl_bench.statistics.intervals import bootstrap_band, bootstrap_mean, interquartile_mean, wilson
 
 # The Wilson bounds in percent of k successes in 100, computed by hand from Wilson's formula with z = 1.959964.
 WILSON_OF_100 = {

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench import store as stores
 from hhrl_bench.errors import RecordError
-from hhrl_bench.store import Store, read, sha256_of
+from hhrl_bench.evaluation import store as stores
+from hhrl_bench.evaluation.store import Store, read
+from hhrl_bench.schema import sha256_of
 
 
 @pytest.fixture

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES
-from hhrl_bench.evaluation import evaluate
-from hhrl_bench.metrics import SCORED
-from hhrl_bench.records import RunMetricsRecord, metric_record
-from hhrl_bench.results import run_record
-from hhrl_bench.statistics import bootstrap_mean
-from hhrl_bench.summaries import generator, over_episodes, summarise, summarise_runs
+from hhrl_bench.evaluation.evaluate import evaluate
+from hhrl_bench.evaluation.metrics import SCORED, over_episodes, summarise, summarise_runs
+from hhrl_bench.evaluation.records import RunMetricsRecord, metric_record
+from hhrl_bench.evaluation.results import run_record
+from hhrl_bench.statistics.intervals import bootstrap_mean, generator
 from hhrl_envs import get_scenario
 
 SCENARIO = get_scenario("stop-line-v0")

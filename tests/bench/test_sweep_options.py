@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.suite_kinds import ScoreSuite
+from hhrl_bench.suites.kinds import ScoreSuite
 from support.command_line import invoke
 
 TINY = ScoreSuite("quick", agents=("rule-2",), tasks=("stop-line-v0",), episodes=5)
@@ -12,7 +12,7 @@ TINY = ScoreSuite("quick", agents=("rule-2",), tasks=("stop-line-v0",), episodes
 
 @pytest.fixture(autouse=True)
 def _tiny(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("hhrl_bench.suite.SUITES", {"quick": TINY})
+    monkeypatch.setattr("hhrl_bench.suites.suites.SUITES", {"quick": TINY})
     monkeypatch.chdir(tmp_path)
 
 
@@ -35,7 +35,7 @@ def test_what_contradicts_itself_is_one_line(options: list[str], said: str) -> N
 
 
 def test_a_missing_extra_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_envs.extras.find_spec", lambda _: None)
+    monkeypatch.setattr("hhrl_envs.errors.find_spec", lambda _: None)
     done = invoke("run", "--executor", "ray")
     assert (done.exit_code, done.stdout) == (2, "")
     assert "pip install 'hhrl-bench[ray]'" in done.stderr

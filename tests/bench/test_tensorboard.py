@@ -13,9 +13,9 @@ pytest.importorskip("tensorboard")
 
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from hhrl_bench import train as training
-from hhrl_bench.tensorboard import scalars
-from hhrl_envs import extras
+from hhrl_bench.training import train as training
+from hhrl_bench.training.tensorboard import scalars
+from hhrl_envs import errors
 from support.command_line import invoke
 from support.small_training import plan, small_methods
 
@@ -74,7 +74,7 @@ def test_without_the_extra_one_line_names_it_and_no_folder_is_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str, extra: str, words: list[str]
 ) -> None:
     found = importlib.util.find_spec
-    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == missing else found(name))
+    monkeypatch.setattr(errors, "find_spec", lambda name: None if name == missing else found(name))
     said = invoke("train", *words, "--out", str(tmp_path / "run"))
     assert said.exit_code == 2
     assert f"hhrl-bench[{extra}]" in said.stderr

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES, Agent
-from hhrl_agents.rule_plus import RulePlus, Tuning
-from hhrl_bench.evaluation import play
-from hhrl_bench.tasks import TASKS
-from hhrl_envs import Outcome, Scenario, Simulator
-from hhrl_envs.tiers import DENSE, ERRATIC, NOISY, TIERS, WET
+from hhrl_agents.rules.rule_plus import RulePlus, Tuning
+from hhrl_bench.evaluation.evaluate import play
+from hhrl_bench.tasks.tasks import TASKS
+from hhrl_envs import SCENARIOS, Outcome, Scenario, Simulator
 
+TIERS = [SCENARIOS[f"stop-line-{tier}-v0"] for tier in ("dense", "erratic", "wet", "noisy")]
+DENSE, ERRATIC, WET, NOISY = TIERS
 EPISODES = 1000
 EACH_TIER = pytest.mark.parametrize("tier", TIERS, ids=lambda tier: tier.id)
 

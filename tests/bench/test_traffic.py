@@ -8,19 +8,20 @@ import pytest
 
 pytest.importorskip("torch")
 
-from hhrl_agents import RULES, checkpoints
-from hhrl_agents.cast import Cast
-from hhrl_bench import traffic
-from hhrl_bench.casting import evaluation_cast, load_opponent, training_cast
-from hhrl_bench.episodes import TrafficRecords
+from hhrl_agents import RULES
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.training.vehicles import Cast
 from hhrl_bench.errors import UnknownTaskError
-from hhrl_bench.evaluation import evaluate, play
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.loading import load_agent
-from hhrl_bench.records import EvaluationRecord
-from hhrl_bench.tasks import SCRIPTED, get_task
-from hhrl_bench.train import Plan, get_method, train
-from hhrl_bench.watch import record
+from hhrl_bench.evaluation import episodes
+from hhrl_bench.evaluation.episodes import TrafficRecords
+from hhrl_bench.evaluation.evaluate import evaluate, play
+from hhrl_bench.evaluation.loading import load_agent
+from hhrl_bench.evaluation.records import EvaluationRecord
+from hhrl_bench.evaluation.rollout import evaluation_cast, load_opponent, training_cast
+from hhrl_bench.figures.watch import record
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.tasks.tasks import SCRIPTED, get_task
+from hhrl_bench.training.train import Plan, get_method, train
 from hhrl_envs import Outcome, Simulator, get_scenario
 from support.command_line import invoke
 from support.small_training import small_methods
@@ -84,7 +85,7 @@ def test_an_opponent_drives_the_front_vehicle_of_the_same_worlds() -> None:
 
 def test_counts_and_shares_are_those_of_the_records() -> None:
     records = traffic_records("rule-3", "adversary-v0", "rule-1")
-    counts, share = traffic.counts(records), traffic.summarise([records])
+    counts, share = episodes.counts(records), episodes.summarise([records])
     assert counts is not None
     assert share is not None
     stopped = records.outcome == Outcome.SUCCESS
@@ -98,11 +99,11 @@ def test_counts_and_shares_are_those_of_the_records() -> None:
 
 def test_nothing_is_counted_where_the_ego_is_alone_and_nothing_feasible_is_null() -> None:
     alone = evaluate(load_agent("rule-4"), "stop-line-v0", 5)
-    assert traffic.counts(alone) is None
-    assert traffic.summarise([alone]) is None
+    assert episodes.counts(alone) is None
+    assert episodes.summarise([alone]) is None
     records = traffic_records("rule-4", "adversary-v0", "rule-1")
     records.feasible[:] = False
-    share = traffic.summarise([records])
+    share = episodes.summarise([records])
     assert share is not None
     assert (share.feasible.mean, share.success_feasible.mean) == (0.0, None)
 

@@ -11,17 +11,17 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from hhrl_agents.files import OutputError  # noqa: E402
-from hhrl_agents.learned import LearnedAgent  # noqa: E402
-from hhrl_agents.methods import Method  # noqa: E402
-from hhrl_agents.training import make_learner  # noqa: E402
-from hhrl_bench import train as training  # noqa: E402
+from hhrl_agents.algorithms.make import make_learner  # noqa: E402
+from hhrl_agents.atomic_files import OutputError  # noqa: E402
+from hhrl_agents.methods.method import Method  # noqa: E402
+from hhrl_agents.policies.learned_agent import LearnedAgent  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
-from hhrl_bench.evaluation import play as really_play  # noqa: E402
-from hhrl_bench.loading import load_agents  # noqa: E402
-from hhrl_bench.records import EvaluationRecord  # noqa: E402
-from hhrl_bench.seed_run import SeedRun  # noqa: E402
-from hhrl_bench.tasks import get_task  # noqa: E402
+from hhrl_bench.evaluation.evaluate import play as really_play  # noqa: E402
+from hhrl_bench.evaluation.loading import load_agents  # noqa: E402
+from hhrl_bench.evaluation.records import EvaluationRecord  # noqa: E402
+from hhrl_bench.tasks.tasks import get_task  # noqa: E402
+from hhrl_bench.training import train as training  # noqa: E402
+from hhrl_bench.training.seed_run import SeedRun  # noqa: E402
 from hhrl_envs import Scenario, get_scenario  # noqa: E402
 from support.command_line import invoke  # noqa: E402
 
@@ -228,6 +228,6 @@ def test_a_checkpoint_that_lies_about_its_training_is_refused(run: Path, monkeyp
     (loaded, _) = load_agents(run, SCENARIO)
     assert isinstance(loaded.agent, LearnedAgent)
     monkeypatch.setitem(loaded.agent.metadata, "seed", "seven")
-    monkeypatch.setattr("hhrl_agents.checkpoints.load", lambda _: loaded.agent)
+    monkeypatch.setattr("hhrl_agents.policies.checkpoints.load", lambda _: loaded.agent)
     with pytest.raises(AgentError, match="seed: write a valid integer"):
         load_agents(run / "seed-0.safetensors", SCENARIO)

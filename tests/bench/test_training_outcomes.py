@@ -11,13 +11,13 @@ import pytest
 from pydantic import ValidationError
 from rich.console import Console
 
-from hhrl_bench.cells import NONE
 from hhrl_bench.errors import CurveError
-from hhrl_bench.figures import style
-from hhrl_bench.training_outcomes import read_outcomes
-from hhrl_bench.training_outcomes_figure import LINES, draw_trainings, save_trainings
-from hhrl_bench.training_records import OUTCOMES, TrainingOutcomesRecord
-from hhrl_bench.training_table import print_trainings
+from hhrl_bench.figures.style import style
+from hhrl_bench.figures.training import LINES, draw_trainings, save_trainings
+from hhrl_bench.tables.trainings import print_trainings
+from hhrl_bench.text import NONE
+from hhrl_bench.training.learning_curves import read_outcomes
+from hhrl_bench.training.records import OUTCOMES, TrainingOutcomesRecord
 
 RATES = {"success": 0.5, "timeout": 0.25, "not_stop": 0.25, "collision": 0.0}
 FIRST = {"env_steps": 100, "losses": {}, "episodes": {"success": 1, "collision": 3}, "validation": RATES}

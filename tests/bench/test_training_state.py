@@ -14,10 +14,10 @@ import pytest
 
 pytest.importorskip("torch")
 
-from hhrl_agents.files import OutputError
-from hhrl_agents.learners import Learner
-from hhrl_bench import train as training
-from hhrl_bench import training_state
+from hhrl_agents.algorithms.double_dqn import Learner
+from hhrl_agents.atomic_files import OutputError
+from hhrl_bench.training import saved_state
+from hhrl_bench.training import train as training
 from support import small_training
 from support.command_line import invoke
 from support.small_training import STEPS, contents, plan, small_methods
@@ -32,7 +32,7 @@ class KillError(BaseException):
 @pytest.fixture(scope="module", autouse=True)
 def small() -> Iterator[None]:
     with small_methods() as patch:
-        patch.setattr(training_state, "COST_SHARE", 0)
+        patch.setattr(saved_state, "COST_SHARE", 0)
         yield
 
 

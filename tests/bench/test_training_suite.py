@@ -10,13 +10,13 @@ from pydantic import ValidationError
 
 pytest.importorskip("torch")
 
-from hhrl_bench import leaderboard
-from hhrl_bench import train as training
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.study import suite_study
-from hhrl_bench.suite import SUITES, TrainingSuite
-from hhrl_bench.tasks import TASKS
-from hhrl_bench.training_records import OUTCOMES
+from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.suites.study import suite_study
+from hhrl_bench.suites.suites import SUITES, TrainingSuite
+from hhrl_bench.tasks.tasks import TASKS
+from hhrl_bench.training import train as training
+from hhrl_bench.training.records import OUTCOMES
 from support.command_line import invoke
 from support.small_training import STEPS, small_methods
 
@@ -26,8 +26,10 @@ SUITE = TrainingSuite("tiny", (("follow-only", "red-light-v0"), ("option-only", 
 @pytest.fixture(scope="module", autouse=True)
 def small() -> Iterator[None]:
     with small_methods() as patch:
-        patch.setattr("hhrl_bench.tasks.TASKS", {name: replace(task, env_steps=STEPS) for name, task in TASKS.items()})
-        patch.setattr("hhrl_bench.suite.SUITES", {"tiny": SUITE})
+        patch.setattr(
+            "hhrl_bench.tasks.tasks.TASKS", {name: replace(task, env_steps=STEPS) for name, task in TASKS.items()}
+        )
+        patch.setattr("hhrl_bench.suites.suites.SUITES", {"tiny": SUITE})
         yield
 
 
@@ -44,7 +46,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def board(folder: Path) -> LeaderboardRecord:
-    return leaderboard.read(folder / "tiny.json")
+    return entry.read(folder / "tiny.json")
 
 
 def command(folder: Path) -> list[str]:
@@ -104,7 +106,7 @@ def test_its_figure_is_drawn_from_the_leaderboard_alone(folder: Path, tmp_path: 
 def test_a_leaderboard_with_nothing_to_draw_is_one_line(board: LeaderboardRecord, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     path = tmp_path / "bare.json"
-    leaderboard.write(board.model_copy(update={"trainings": ()}), path)
+    entry.write(board.model_copy(update={"trainings": ()}), path)
     said = invoke("figures", str(path), "--out", str(tmp_path / "new"))
     assert (said.exit_code, said.stdout) == (2, "")
     assert said.stderr == "hhrl-bench: the leaderboard of tiny has one agent a task and no curves: nothing to draw\n"

@@ -8,22 +8,22 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from hhrl_agents import checkpoints  # noqa: E402
-from hhrl_agents.files import OutputError  # noqa: E402
-from hhrl_agents.learned import LearnedAgent  # noqa: E402
-from hhrl_bench import leaderboard  # noqa: E402
-from hhrl_bench import train as training  # noqa: E402
+from hhrl_agents.atomic_files import OutputError  # noqa: E402
+from hhrl_agents.policies import checkpoints  # noqa: E402
+from hhrl_agents.policies.learned_agent import LearnedAgent  # noqa: E402
 from hhrl_bench.errors import AgentError, CurveError  # noqa: E402
-from hhrl_bench.evaluation import play  # noqa: E402
-from hhrl_bench.leaderboard_record import LeaderboardRecord  # noqa: E402
-from hhrl_bench.run_directory import RunDirectory  # noqa: E402
-from hhrl_bench.source import load_source  # noqa: E402
-from hhrl_bench.study import suite_study, transfer_study  # noqa: E402
-from hhrl_bench.suite import TransferSuite  # noqa: E402
-from hhrl_bench.tasks import get_task  # noqa: E402
-from hhrl_bench.transfer import Transfer  # noqa: E402
-from hhrl_bench.transfer_rows import recompute  # noqa: E402
-from hhrl_bench.units import Unit  # noqa: E402
+from hhrl_bench.evaluation.evaluate import play  # noqa: E402
+from hhrl_bench.execution.unit import Unit  # noqa: E402
+from hhrl_bench.leaderboard import entry  # noqa: E402
+from hhrl_bench.leaderboard.record import LeaderboardRecord  # noqa: E402
+from hhrl_bench.suites.study import suite_study, transfer_study  # noqa: E402
+from hhrl_bench.suites.suites import TransferSuite  # noqa: E402
+from hhrl_bench.tasks.tasks import get_task  # noqa: E402
+from hhrl_bench.training import train as training  # noqa: E402
+from hhrl_bench.training.run_directory import RunDirectory  # noqa: E402
+from hhrl_bench.training.source import load_source  # noqa: E402
+from hhrl_bench.transfer.summary import recompute  # noqa: E402
+from hhrl_bench.transfer.transfer import Transfer  # noqa: E402
 from hhrl_envs import Option, get_scenario  # noqa: E402
 from support.command_line import invoke  # noqa: E402
 from support.small_training import plan, small_methods  # noqa: E402
@@ -36,7 +36,7 @@ TARGET = get_task("stop-line-wet-v0")
 @pytest.fixture(scope="module", autouse=True)
 def small() -> Iterator[None]:
     with small_methods() as patch:
-        patch.setattr("hhrl_bench.transfer.REPORTS", 4)
+        patch.setattr("hhrl_bench.transfer.transfer.REPORTS", 4)
         yield
 
 
@@ -90,7 +90,7 @@ def test_every_arm_begins_and_ends_as_it_says(source: Path, moved: Path) -> None
 
 
 def test_curves_begin_at_step_0_and_share_their_reports(moved: Path) -> None:
-    board = leaderboard.read(moved / "transfer.json")
+    board = entry.read(moved / "transfer.json")
     assert board.transfer is not None
     rows = {(row.target, row.arm): row for row in board.transfer.rows}
     assert {arm for target, arm in rows if target == "stop-line-wet-v0"} == {
@@ -108,7 +108,7 @@ def test_curves_begin_at_step_0_and_share_their_reports(moved: Path) -> None:
 
 
 def test_results_are_of_the_chosen_checkpoints_in_the_target(moved: Path) -> None:
-    board = leaderboard.read(moved / "transfer.json")
+    board = entry.read(moved / "transfer.json")
     assert [(result.task, result.agent) for result in board.results][:4] == [
         ("stop-line-wet-v0", f"hybrid-hrl {arm}") for arm in ("zero-shot", "frozen-action", "fine-tune", "scratch")
     ]
@@ -139,13 +139,13 @@ def test_a_stopped_transfer_goes_on_to_the_same_leaderboard(source: Path, moved:
     next(reports), next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
     again = study.leaderboard(list(study.run()))
-    whole = leaderboard.read(moved / "transfer.json")
+    whole = entry.read(moved / "transfer.json")
     assert same(again) == same(whole)
 
 
 def test_a_finished_transfer_is_not_done_again(source: Path, moved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = (moved / "transfer.json").read_bytes()
-    monkeypatch.setattr("hhrl_bench.units.evaluate_agent", lambda *_: pytest.fail("played"))
+    monkeypatch.setattr("hhrl_bench.suites.units.evaluate_agent", lambda *_: pytest.fail("played"))
     monkeypatch.setattr(training, "make_learner", lambda *_: pytest.fail("trained"))
     targets = ("--target", "stop-line-wet-v0", "--target", "option-only-v0")
     said = invoke("transfer", "--source", str(source), *targets, *small_options(moved))
@@ -267,7 +267,7 @@ def test_an_arm_that_makes_no_sense_is_told_which_do(source: Path, tmp_path: Pat
 
 
 def test_a_seed_that_failed_succeeds_no_more(tmp_path: Path) -> None:
-    from hhrl_bench.running import _arm_curves  # noqa: PLC0415
+    from hhrl_bench.transfer.summary import _arm_curves  # noqa: PLC0415
 
     run = RunDirectory(tmp_path)
     (tmp_path / "config.json").write_text(json.dumps({"method": {"id": "ddqn"}, "task": "stop-line-v0"}))

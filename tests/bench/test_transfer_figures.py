@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from hhrl_bench.figures import style
-from hhrl_bench.transfer_curves_figure import LINES, draw_transfer_curves
-from hhrl_bench.transfer_figures import save_transfer_figures
-from hhrl_bench.transfer_matrix_figure import draw_transfer_matrix
-from hhrl_bench.transfer_records import TransferRecord
+from hhrl_bench.figures.leaderboard import save_transfer_figures
+from hhrl_bench.figures.style import style
+from hhrl_bench.figures.transfers import LINES, draw_transfer_curves, draw_transfer_matrix
+from hhrl_bench.transfer.records import TransferRecord
 from support.transfers import STEPS, study
 
 HYBRID = [row for row in study().rows if row.method == "hybrid-hrl"]

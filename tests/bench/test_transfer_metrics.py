@@ -7,16 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hhrl_bench.errors import CurveError
-from hhrl_bench.transfer_metrics import (
-    THRESHOLD,
-    Curve,
-    area,
-    asymptotic_gain,
-    forward_transfer,
-    jumpstart,
-    time_to_threshold,
-    transfer_ratio,
-)
+from hhrl_bench.training.learning_curves import THRESHOLD, Curve, area, time_to_threshold
+from hhrl_bench.transfer.metrics import asymptotic_gain, forward_transfer, jumpstart, transfer_ratio
 
 STEPS = (0, 100, 300, 400)
 AHEAD = Curve(STEPS, (0.5, 0.75, 1.0, 1.0))

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from hhrl_bench.arms import ARMS, ArmName
 from hhrl_bench.errors import CurveError
-from hhrl_bench.summaries import BOOTSTRAP_SEED
-from hhrl_bench.transfer_metrics import Curve, area, forward_transfer
-from hhrl_bench.transfer_records import TransferRecord, TransferSetRecord
-from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, recompute, transfer_rows, transfer_set
+from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED
+from hhrl_bench.training.learning_curves import Curve, area
+from hhrl_bench.transfer.arms import ARMS, ArmName
+from hhrl_bench.transfer.metrics import forward_transfer
+from hhrl_bench.transfer.records import TransferRecord, TransferSetRecord
+from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, recompute, transfer_rows, transfer_set
 from support.transfers import SEEDS, STEPS, arms, study
 
 GRID = (0, 100, 200)

@@ -6,11 +6,10 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from hhrl_bench.cells import NONE
-from hhrl_bench.transfer_columns import COLUMNS
-from hhrl_bench.transfer_records import TransferRecord
-from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, transfer_set
-from hhrl_bench.transfer_table import print_transfers
+from hhrl_bench.tables.transfers import COLUMNS, print_transfers
+from hhrl_bench.text import NONE
+from hhrl_bench.transfer.records import TransferRecord
+from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, transfer_set
 from support.transfers import arms, study
 
 

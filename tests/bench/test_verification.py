@@ -13,14 +13,15 @@ import pytest
 
 pytest.importorskip("torch")
 
-from hhrl_bench import censored, comparisons, leaderboard, statistics
-from hhrl_bench.differences import Finding
-from hhrl_bench.episodes import EpisodeRecords
-from hhrl_bench.evaluation import Played
-from hhrl_bench.evidence import Evidence, pack, unpack
-from hhrl_bench.level import Level
-from hhrl_bench.store import Store
-from hhrl_bench.verification import verify
+from hhrl_bench.evaluation.episodes import EpisodeRecords
+from hhrl_bench.evaluation.evaluate import Played
+from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard import comparisons, entry
+from hhrl_bench.leaderboard.findings import Finding
+from hhrl_bench.leaderboard.level import Level
+from hhrl_bench.statistics import censored_times, intervals
+from hhrl_bench.verification.verify import verify
 from hhrl_envs.errors import InputError
 from support import small_board
 from support.command_line import invoke
@@ -41,7 +42,7 @@ UNPROVABLE = {
 def few_resamples() -> Iterator[None]:
     """Intervals that are quicker to compute, and as easily changed."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (statistics, comparisons, censored):
+        for module in (intervals, comparisons, censored_times):
             patch.setattr(module, "RESAMPLES", 99)
         yield
 
@@ -64,7 +65,7 @@ def path(published: Path, tmp_path: Path) -> Path:
 
 
 def findings(path: Path, level: Level = Level.REPLAYED) -> list[Finding]:
-    return list(verify(leaderboard.read(path), Store(path.parent), level))
+    return list(verify(entry.read(path), Store(path.parent), level))
 
 
 def complaint(path: Path) -> str:
@@ -95,7 +96,7 @@ def names(said: str, place: Place, value: object) -> bool:
 @pytest.mark.parametrize("level", Level)
 def test_what_was_published_holds(published: Path, level: Level) -> None:
     assert findings(published, level) == []
-    assert list(leaderboard.respelt(published, leaderboard.read(published))) == []
+    assert list(entry.respelt(published, entry.read(published))) == []
 
 
 def drawn(data: Any, count: int, seed: int) -> list[Place]:
@@ -118,7 +119,7 @@ def test_any_changed_leaf_is_found_and_named(path: Path, data: Any) -> None:
 
 
 def test_any_changed_leaf_of_a_transfer_is_found_and_named(path: Path) -> None:
-    leaderboard.write(small_board.with_transfer(leaderboard.read(path)), path)
+    entry.write(small_board.with_transfer(entry.read(path)), path)
     assert findings(path) == []
     data, rng = json.loads(path.read_text()), np.random.default_rng(3)
     places = [place for place in leaves(data) if place[0] in {"transfer", "checkpoints_published"}]
@@ -130,7 +131,7 @@ def test_any_changed_leaf_of_a_transfer_is_found_and_named(path: Path) -> None:
 
 def test_of_checkpoints_that_are_not_published_nothing_is_proved(path: Path) -> None:
     """An entry of a transfer says so itself; its command trains them again."""
-    leaderboard.write(small_board.with_transfer(leaderboard.read(path)), path)
+    entry.write(small_board.with_transfer(entry.read(path)), path)
     data = json.loads(path.read_text())
     path.write_text(json.dumps(put(data, ("results", 1, "runs", 0, "checkpoint_sha256"), "0" * 64)))
     assert complaint(path) == ""
@@ -147,9 +148,9 @@ def test_digits_that_change_no_number_are_found(path: Path) -> None:
     text = path.read_text()
     number = next(line for line in text.splitlines() if '"mean": 0.' in line)
     path.write_text(text.replace(number, number.rstrip(",") + "0" * 20 + ("," if number.endswith(",") else "")))
-    board = leaderboard.read(path)
+    board = entry.read(path)
     assert list(verify(board, Store(path.parent), Level.RECOMPUTED)) == []
-    (finding,) = leaderboard.respelt(path, board)
+    (finding,) = entry.respelt(path, board)
     assert finding.place.startswith("line ")
 
 
@@ -237,7 +238,7 @@ SPOILT = {
     "truncated": lambda text: text[: len(text) // 2],
     "of another version": lambda text: text.replace('"schema_version": 1', '"schema_version": 2', 1),
     "nested": lambda text: text.replace('"suite": ', '"suite": ' + "[" * 100_000, 1),
-    "oversized": lambda text: text + " " * leaderboard.MAX_BYTES,
+    "oversized": lambda text: text + " " * entry.MAX_BYTES,
     "escaping": lambda text: re.sub(r'"evidence_sha256": "[0-9a-f]{64}"', '"evidence_sha256": "../../escape"', text),
     "a terminal's command": lambda text: text.replace('"suite": "', '"suite": "\\u001b[2J', 1),
     "empty": lambda text: text[:0],

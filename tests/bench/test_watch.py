@@ -9,14 +9,15 @@ import pytest
 from PIL import Image
 
 from hhrl_agents import RULES, Agent, Decision
-from hhrl_agents.files import OutputError
-from hhrl_bench import evaluate, strip
+from hhrl_agents.atomic_files import OutputError
+from hhrl_bench import evaluate
 from hhrl_bench.chart import Chart
 from hhrl_bench.errors import SeedError
-from hhrl_bench.tasks import Task, get_task
-from hhrl_bench.watch import record, watch
-from hhrl_envs import InputError, Option, Outcome, extras, get_scenario
-from hhrl_envs.drawing import BLUE, GREEN, GREY, ORANGE, Canvas, Colour
+from hhrl_bench.figures import filmstrip
+from hhrl_bench.figures.watch import record, watch
+from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_envs import InputError, Option, Outcome, errors, get_scenario
+from hhrl_envs.rendering.canvas import BLUE, GREEN, GREY, ORANGE, Canvas, Colour
 from support.command_line import invoke
 
 TASK = get_task("stop-line-v0")
@@ -130,7 +131,7 @@ def test_episodes_outside_the_test_range_are_refused(tmp_path: Path, episode: in
 
 
 def test_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extras, "find_spec", lambda _: None)
+    monkeypatch.setattr(errors, "find_spec", lambda _: None)
     said = "pip install 'hhrl-bench[render]', or in a checkout: pip install -e '.[render]'"
     with pytest.raises(InputError, match=re.escape(said)):
         watch(Unplayable(), TASK, tmp_path / "film.gif")
@@ -147,5 +148,5 @@ def test_chart_line_breaks_where_a_value_is_missing() -> None:
 def test_strip_of_a_world_without_a_line() -> None:
     moments = record(rule("rule-4"), Task("follow", scenario="follow-v0", env_steps=1), 0)
     assert {moment.d_d for moment in moments} == {None}
-    with Image.open(BytesIO(strip.png(moments))) as drawn:
+    with Image.open(BytesIO(filmstrip.png(moments))) as drawn:
         assert count(drawn.crop((0, 820, 960, drawn.height)), GREEN) > 500

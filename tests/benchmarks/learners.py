@@ -13,7 +13,7 @@ from stable_baselines3 import DQN
 
 from benchmarks.systems import SCENARIO, System
 from hhrl_agents import METHODS
-from hhrl_agents.learners import Learner
+from hhrl_agents.algorithms.double_dqn import Learner
 
 
 def learner(name: str, seeds: int = 1, hidden: int = 64, steps: int = 1_920) -> System:

@@ -12,7 +12,8 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
-from hhrl_envs import Simulator, get_scenario, stop_line_v0
+from hhrl_envs import Simulator, get_scenario
+from hhrl_envs.worlds import stop_line_v0
 
 Compare = Callable[..., None]
 Report = Callable[..., None]

@@ -9,18 +9,17 @@ from pathlib import Path
 from typing import TypeVar
 
 from benchmarks.systems import Report
-from hhrl_bench.attempts import Done, unit_status
-from hhrl_bench.board import Board, StudyStatus, UnitStatus
-from hhrl_bench.executors import run_units
-from hhrl_bench.local_pool import LocalPool
-from hhrl_bench.overseer import Overseer
+from hhrl_bench.cli.live_view import StudyView
+from hhrl_bench.evaluation.records import TimedResult
+from hhrl_bench.evaluation.results import evaluate_agent
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.execution.local_pool import LocalPool
+from hhrl_bench.execution.progress_board import Board, StudyStatus, UnitStatus
+from hhrl_bench.execution.run import Overseer, run_units
+from hhrl_bench.execution.unit import Done, Unit, unit_status
 from hhrl_bench.progress import Update, silent
-from hhrl_bench.records import TimedResult
-from hhrl_bench.results import evaluate_agent
-from hhrl_bench.store import Store
-from hhrl_bench.study_view import StudyView
-from hhrl_bench.tasks import get_task
-from hhrl_bench.units import Training, Unit
+from hhrl_bench.suites.units import Training
+from hhrl_bench.tasks.tasks import get_task
 
 TASK = get_task("stop-line-v0")
 WORKERS, OFFERED = 1000, 220

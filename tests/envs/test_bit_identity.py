@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hhrl_envs import SCENARIOS, Goal, Outcome, get_scenario, layout, profiles
-from hhrl_envs.gym_env import StopLineEnv
-from hhrl_envs.parallel_env import StopLineParallelEnv
-from hhrl_envs.simulator import Simulator
-from hhrl_envs.vector_env import StopLineVectorEnv
+from hhrl_envs import SCENARIOS, Goal, Outcome, get_scenario
+from hhrl_envs.scenario import profiles
+from hhrl_envs.simulation.engine import layout
+from hhrl_envs.simulation.engine import layout as layout_module
+from hhrl_envs.simulation.simulator import Simulator
+from hhrl_envs.views.gym_env import StopLineEnv
+from hhrl_envs.views.parallel_env import StopLineParallelEnv
+from hhrl_envs.views.vector_env import StopLineVectorEnv
 from support.stories import Teller, chosen_level, digest
 
 STEPS, SEED = 200, 90
@@ -227,7 +230,7 @@ def test_one_bit_of_a_profile_shows(fronts: int) -> None:
 
         def nudge(simulator: Simulator, column: int = list(profiles.PARAMETERS).index(name)) -> None:
             tables = simulator._constants[layout.COUNTS + simulator.scenario.num_vehicles :]
-            families = tables.reshape(-1, profiles.FAMILY_TABLE_WIDTH)
+            families = tables.reshape(-1, layout_module.FAMILY_TABLE_WIDTH)
             families[:, 2 * column : 2 * column + 2] = np.nextafter(families[:, 2 * column : 2 * column + 2], inf)
 
         assert story("stop-line-v0", fronts, nudge) != before, name

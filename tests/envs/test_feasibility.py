@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hhrl_envs import SCENARIOS, Adversary, Goal, Outcome, Scenario, Simulator, get_scenario
-from hhrl_envs import layout as at
+from hhrl_envs.simulation.constants import pack
+from hhrl_envs.simulation.engine import layout as at
 from support.braking import braking_distance, longest_braking
 from support.recording import LEARNED, recorded
 from support.reference import feasible
@@ -20,7 +21,7 @@ def test_bounds_and_drive_agree_with_what_full_braking_meets(scenario: Scenario)
     simulator = Simulator(replace(scenario, feasible_only=False), rows)
     simulator.reset(np.arange(rows) + 10**6)
     verdicts, cleared = simulator.feasible.copy(), np.full(rows, np.inf)
-    constants, slot = scenario.constants(), int(at.ROW + at.VEHICLE) // at.STRIDE
+    constants, slot = pack(scenario), int(at.ROW + at.VEHICLE) // at.STRIDE
     for step in range(scenario.horizon):
         rears = simulator._memory.fields[:, slot].ravel()[:rows] - scenario.vehicle.length
         cleared[(rears > scenario.road.lines[-1]) & np.isinf(cleared)] = step * scenario.dt
@@ -81,5 +82,5 @@ def test_nobody_brakes_longer_than_the_bound(
 ) -> None:
     main = get_scenario("stop-line-v0")
     vehicle = replace(main.vehicle, levels=(brake, 0.0, 2.0), max_decel=-brake, lag=lag, jerk_limit=jerk_limit)
-    c = replace(main, vehicle=vehicle, road=replace(main.road, friction=friction)).constants()
+    c = pack(replace(main, vehicle=vehicle, road=replace(main.road, friction=friction)))
     assert braking_distance(speed, c) <= longest_braking(speed, c) + 1e-9

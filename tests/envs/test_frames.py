@@ -3,7 +3,7 @@ import copy
 import numpy as np
 
 from hhrl_envs import Simulator
-from hhrl_envs.frames import Frames
+from hhrl_envs.simulation.engine.memory import Frames
 
 
 def test_a_frame_is_handed_out_again_only_when_nobody_holds_a_part_of_it() -> None:

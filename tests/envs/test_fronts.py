@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hhrl_envs import Goal, Outcome, Simulator, get_scenario
-from hhrl_envs.parallel_env import StopLineParallelEnv
-from hhrl_envs.traffic import HARDEST_DECEL
-from hhrl_envs.views import observation_space
+from hhrl_envs.simulation.traffic import HARDEST_DECEL
+from hhrl_envs.views.parallel_env import StopLineParallelEnv
+from hhrl_envs.views.spaces import observation_space
 from support.driving import traffic_actions
 from support.recording import LEARNED, Recording, recorded
 from support.reference import Facts, judge, rewards

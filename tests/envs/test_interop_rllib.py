@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hhrl_envs import triad
-from hhrl_envs.parallel_env import EGO
+from hhrl_envs.views.parallel_env import EGO
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # RLlib and what it imports use names that are being retired

@@ -13,7 +13,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecEnv
 
 from hhrl_envs import SCENARIOS, Reward, Road, Scenario, Simulator
-from hhrl_envs.gym_env import StopLineEnv
+from hhrl_envs.views.gym_env import StopLineEnv
 
 EASY = replace(
     SCENARIOS["solo-stop-v0"],

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from stable_baselines3 import PPO
 
-from hhrl_envs import SCENARIOS, stop_line_v0, triad
-from hhrl_envs.parallel_env import EGO
+from hhrl_envs import SCENARIOS, triad
+from hhrl_envs.views.parallel_env import EGO
+from hhrl_envs.worlds import stop_line_v0
 
 supersuit = pytest.importorskip("supersuit", reason="SuperSuit is not installed")
 

@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from hhrl_envs import SCENARIOS, triad
-from hhrl_envs.numeric_infos import NumericInfos
-from hhrl_envs.parallel_env import EGO
-from hhrl_envs.triads import ViewArguments
+from hhrl_envs.views.numeric_infos import NumericInfos
+from hhrl_envs.views.parallel_env import EGO
+from hhrl_envs.views.triad import ViewArguments
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # TorchRL and what it imports use names that Python and torch are retiring

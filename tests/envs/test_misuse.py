@@ -8,10 +8,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from hhrl_envs import InputError, stop_line_v0
-from hhrl_envs.gym_env import StopLineEnv
-from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.vector_env import StopLineVectorEnv
+from hhrl_envs import InputError
+from hhrl_envs.views.gym_env import StopLineEnv
+from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
+from hhrl_envs.views.vector_env import StopLineVectorEnv
+from hhrl_envs.worlds import stop_line_v0
 from support.misuse import refused
 
 ACTIONS: list[Any] = [

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hhrl_envs import Adversary, InputError, Outcome, Simulator, get_scenario, platoon_v0, triad
-from hhrl_envs.gym_env import StopLineEnv
-from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.vector_env import StopLineVectorEnv
+from hhrl_envs import Adversary, InputError, Outcome, Simulator, get_scenario, triad
+from hhrl_envs.views.gym_env import StopLineEnv
+from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
+from hhrl_envs.views.vector_env import StopLineVectorEnv
+from hhrl_envs.worlds import platoon_v0
 from support.misuse import refused
 
 MAIN = get_scenario("stop-line-v0")

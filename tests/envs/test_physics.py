@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from hhrl_envs import SCENARIOS, Goal, Outcome, Scenario, Simulator, observation
-from hhrl_envs.traffic import HARDEST_DECEL
-from hhrl_envs.views import observation_space
+from hhrl_envs.simulation.traffic import HARDEST_DECEL
+from hhrl_envs.views.spaces import observation_space
 from support.driving import states
 from support.reference import Facts, braking, rewards
 

@@ -6,9 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hhrl_envs import SCENARIOS, Goal, Outcome, Reward, Road, Scenario, Vehicle, layout, observation, rewards, sensing
-from hhrl_envs.profiles import HELD_OUT_FAMILIES, PARAMETERS, TRAIN_FAMILIES, ProfileFamily
-from hhrl_envs.survey import feasible_share
+from hhrl_envs import SCENARIOS, Goal, Outcome, Reward, Road, Scenario, Vehicle, observation
+from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
+from hhrl_envs.simulation import rewards, sensing
+from hhrl_envs.simulation.engine import layout
+from hhrl_envs.simulation.simulator import feasible_share
+from hhrl_envs.worlds.driver_families import HELD_OUT_FAMILIES, TRAIN_FAMILIES
 
 PAGE = (Path(__file__).parents[2] / "environments" / "README.md").read_text()
 

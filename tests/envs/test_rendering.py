@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hhrl_envs import SCENARIOS, Option, Outcome, Simulator, drawing, extras, get_scenario
-from hhrl_envs.moments import Moment, moment_of
-from hhrl_envs.rendering import Renderer
-from hhrl_envs.scene import OPTION_COLOURS, OUTCOME_COLOURS, picture
+from hhrl_envs import SCENARIOS, Option, Outcome, Simulator, errors, get_scenario
+from hhrl_envs.rendering import canvas
+from hhrl_envs.rendering.moment import Moment, moment_of
+from hhrl_envs.rendering.picture import OPTION_COLOURS, OUTCOME_COLOURS, picture
+from hhrl_envs.rendering.renderer import Renderer
 
 SCENARIO = get_scenario("stop-line-v0")
 ABSENT = (np.nan, np.nan, np.nan)
@@ -22,7 +23,7 @@ def moment(
     return Moment(SCENARIO, np.array(vehicles), line=0.0, time=1.0, outcome=outcome, option=option)
 
 
-def count(frame: NDArray[np.uint8], colour: drawing.Colour) -> int:
+def count(frame: NDArray[np.uint8], colour: canvas.Colour) -> int:
     return int((frame == np.array(colour, np.uint8)).all(axis=-1).sum())
 
 
@@ -58,8 +59,8 @@ def test_selected_option_is_highlighted(option: Option) -> None:
 
 
 def test_braking_lights_both_lamps_of_a_vehicle() -> None:
-    cruising = count(picture(moment((-60.0, 8.0, 0.0))), drawing.VERMILLION)
-    braking = count(picture(moment((-60.0, 8.0, -2.0))), drawing.VERMILLION)
+    cruising = count(picture(moment((-60.0, 8.0, 0.0))), canvas.VERMILLION)
+    braking = count(picture(moment((-60.0, 8.0, -2.0))), canvas.VERMILLION)
     assert cruising == 0
     assert braking > 10
 
@@ -79,13 +80,13 @@ def test_outcome_fills_the_header(outcome: Outcome) -> None:
 def test_vehicles_keep_their_scale() -> None:
     frame = picture(moment((-60.0, 8.0, 0.0)))
     middle = frame[88]
-    blue = np.flatnonzero((middle == np.array(drawing.BLUE, np.uint8)).all(axis=-1))
+    blue = np.flatnonzero((middle == np.array(canvas.BLUE, np.uint8)).all(axis=-1))
     assert blue[-1] - blue[0] == pytest.approx(SCENARIO.vehicle.length * 960 / 112, abs=4)
 
 
 def test_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extras, "find_spec", lambda _: None)
-    with pytest.raises(extras.MissingExtraError, match=r"pip install 'hhrl-bench\[render\]'"):
+    monkeypatch.setattr(errors, "find_spec", lambda _: None)
+    with pytest.raises(errors.MissingExtraError, match=r"pip install 'hhrl-bench\[render\]'"):
         Renderer(SCENARIO)
 
 
@@ -116,7 +117,7 @@ def test_every_scenario_keeps_the_ego_in_view_on_its_whole_way(scenario_id: str)
         for _ in range(5):
             simulator.step(throttle)
     assert len(frames) > 3
-    assert all(count(frame[60:110], drawing.BLUE) > 200 for frame in frames)
+    assert all(count(frame[60:110], canvas.BLUE) > 200 for frame in frames)
 
 
 def test_signal_turns_from_red_to_green() -> None:
@@ -125,7 +126,7 @@ def test_signal_turns_from_red_to_green() -> None:
     lamps = []
     for line in (0.0, None):
         frame = picture(Moment(scenario, vehicles, line, time=1.0, outcome=Outcome.RUNNING, option=None))
-        lamps.append([count(frame[134:156], colour) for colour in (drawing.VERMILLION, drawing.GREEN)])
+        lamps.append([count(frame[134:156], colour) for colour in (canvas.VERMILLION, canvas.GREEN)])
     (red, no_green), (no_red, green) = lamps
     assert min(red, green) > 50
     assert no_green == no_red == 0
@@ -135,6 +136,6 @@ def test_signal_turns_from_red_to_green() -> None:
 def test_only_options_of_the_scenario_are_offered(scenario_id: str, pills: int) -> None:
     scenario = get_scenario(scenario_id)
     frame = picture(Moment(scenario, np.array([(-60.0, 8.0, 0.0)]), None, 1.0, Outcome.RUNNING, None))
-    offered = count(frame[170:], drawing.PALE)
-    full = count(picture(moment((-60.0, 8.0, 0.0)))[170:], drawing.PALE) / 2
+    offered = count(frame[170:], canvas.PALE)
+    full = count(picture(moment((-60.0, 8.0, 0.0)))[170:], canvas.PALE) / 2
     assert offered == pytest.approx(pills * full, rel=0.05)

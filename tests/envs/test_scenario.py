@@ -3,17 +3,7 @@ from typing import Any
 
 import pytest
 
-from hhrl_envs import (
-    SCENARIOS,
-    Goal,
-    InputError,
-    Road,
-    Scenario,
-    Signal,
-    UnknownScenarioError,
-    Vehicle,
-    get_scenario,
-)
+from hhrl_envs import SCENARIOS, Goal, InputError, Road, Scenario, Signal, UnknownScenarioError, Vehicle, get_scenario
 
 MAIN = get_scenario("stop-line-v0")
 

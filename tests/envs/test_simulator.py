@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from hhrl_envs import SCENARIOS, InputError, Outcome, Scenario, Sensor, Simulator, get_scenario, observation
-from hhrl_envs.compiled import kernel
-from hhrl_envs.rewards import TIME, TIMEOUT, unsafe_exp
+from hhrl_envs.simulation.engine.compilation import kernel
+from hhrl_envs.simulation.rewards import TIME, TIMEOUT, unsafe_exp
 from support.driving import careful_actions, random_actions
 from support.reference import Facts, distances, rewards
 

@@ -1,6 +1,5 @@
 """PettingZoo's names: every scenario has its module, and PettingZoo's own checks accept all three views."""
 
-import importlib
 import pickle
 import warnings
 from functools import partial
@@ -8,10 +7,10 @@ from types import ModuleType
 
 import pytest
 
-import hhrl_envs.two_stops_v0
-from hhrl_envs import SCENARIOS, Goal, InputError, Scenario, UnknownScenarioError, stop_line_v0, triad
-from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.triads import ViewArguments
+from hhrl_envs import SCENARIOS, Goal, InputError, Scenario, UnknownScenarioError, triad
+from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
+from hhrl_envs.views.triad import ViewArguments
+from hhrl_envs.worlds import WORLDS, stop_line_v0
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
@@ -32,14 +31,14 @@ pytestmark = pytest.mark.filterwarnings("ignore:We recommend agents:UserWarning"
 
 
 def module(scenario_id: str) -> ModuleType:
-    return importlib.import_module(f"hhrl_envs.{scenario_id.replace('-', '_')}")
+    return WORLDS[scenario_id.replace("-", "_")]
 
 
 @EACH
 def test_every_scenario_has_its_module(scenario_id: str) -> None:
     for name in ("env", "raw_env", "parallel_env"):
         made = getattr(module(scenario_id), name)(render_mode=None)
-        assert made.unwrapped.metadata["name"] == module(scenario_id).__name__.removeprefix("hhrl_envs.")
+        assert made.unwrapped.metadata["name"] == module(scenario_id).__name__.removeprefix("hhrl_envs.worlds.")
     assert made.scenario == SCENARIOS[scenario_id]
 
 
@@ -80,7 +79,9 @@ def test_pettingzoo_accepts_pictures_of_learned_fronts(scenario_id: str, monkeyp
 
 
 def test_modules_are_imported_either_way() -> None:
-    assert hhrl_envs.two_stops_v0.parallel_env().scenario.id == "two-stops-v0"
+    from hhrl_envs import two_stops_v0  # noqa: PLC0415
+
+    assert two_stops_v0.parallel_env().scenario.id == "two-stops-v0"
     assert stop_line_v0.parallel_env().scenario.id == "stop-line-v0"
 
 

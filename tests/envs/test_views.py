@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from hhrl_envs import SCENARIOS, Goal, Outcome, Scenario, stop_line_v0
-from hhrl_envs.gym_env import StopLineEnv
-from hhrl_envs.gym_registration import gym_id
-from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.vector_env import StopLineVectorEnv
+from hhrl_envs import SCENARIOS, Goal, Outcome, Scenario
+from hhrl_envs.views.gym_env import StopLineEnv, gym_id
+from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
+from hhrl_envs.views.vector_env import StopLineVectorEnv
+from hhrl_envs.worlds import stop_line_v0
 from support.driving import random_actions
 
 EACH = pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenario: scenario.id)

@@ -11,11 +11,12 @@ import numpy as np
 import pygame
 import pytest
 
-from hhrl_envs import Option, two_stops_v0
-from hhrl_envs.drawing import GREEN, ORANGE
-from hhrl_envs.gym_env import StopLineEnv
-from hhrl_envs.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.window import Window
+from hhrl_envs import Option
+from hhrl_envs.rendering.canvas import GREEN, ORANGE
+from hhrl_envs.rendering.window import Window
+from hhrl_envs.views.gym_env import StopLineEnv
+from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
+from hhrl_envs.worlds import two_stops_v0
 
 FRAME = np.full((240, 960, 3), (10, 200, 30), np.uint8)
 

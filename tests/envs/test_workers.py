@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from hhrl_envs.workers import Workers
+from hhrl_envs.simulation.engine.thread_pool import Workers
 
 
 def test_every_call_is_run_and_only_one_of_them_here() -> None:

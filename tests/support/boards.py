@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.metrics import METRICS
-from hhrl_bench.paper import TABLE_I
-from hhrl_bench.records import MetricRecord, MetricsRecord, OptionName, ResultRecord, TaskRecord
-from hhrl_bench.tasks import get_task
-from hhrl_bench.training_records import TrainingOutcomesRecord
+from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.records import MetricRecord, MetricsRecord, ResultRecord, TaskRecord
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.paper_table import TABLE_I
+from hhrl_bench.schema import OptionName
+from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.training.records import TrainingOutcomesRecord
 
 EPISODES = 1000
 

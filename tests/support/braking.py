@@ -1,7 +1,8 @@
 """Braking distances as Python may ask for them: they are made to be parts of kernels."""
 
-from hhrl_envs import dynamics
-from hhrl_envs.compiled import Floats, kernel
+from hhrl_envs.arrays import Floats
+from hhrl_envs.simulation import dynamics
+from hhrl_envs.simulation.engine.compilation import kernel
 
 
 @kernel

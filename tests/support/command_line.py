@@ -2,7 +2,7 @@
 
 from typer.testing import CliRunner, Result
 
-from hhrl_bench.cli import app
+from hhrl_bench.cli.app import app
 
 
 def invoke(*arguments: str, columns: int | None = None) -> Result:

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from hhrl_agents import METHODS
-from hhrl_agents.methods import Method
+from hhrl_agents.methods.method import Method
 
 
 def with_values(method: Method, values: Mapping[str, Any]) -> Method:

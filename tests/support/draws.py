@@ -2,20 +2,20 @@
 
 import numpy as np
 
-from hhrl_envs import streams
-from hhrl_envs.compiled import kernel, unsigned
+from hhrl_envs.simulation.engine import random_streams
+from hhrl_envs.simulation.engine.compilation import kernel, unsigned
 
 
 @kernel
 def stream(seed: np.uint64, episode: int, vehicle: int, purpose: int) -> np.uint64:
-    return streams.stream(seed, unsigned(episode), unsigned(vehicle), unsigned(purpose))
+    return random_streams.stream(seed, unsigned(episode), unsigned(vehicle), unsigned(purpose))
 
 
 @kernel
 def unit(key: np.uint64, index: int) -> float:
-    return streams.unit(key, unsigned(index))
+    return random_streams.unit(key, unsigned(index))
 
 
 @kernel
 def between(key: np.uint64, index: int, low: float, high: float) -> float:
-    return streams.between(key, unsigned(index), low, high)
+    return random_streams.between(key, unsigned(index), low, high)

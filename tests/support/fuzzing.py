@@ -17,29 +17,24 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from hhrl_agents.methods import Method
-from hhrl_bench import (
-    censored,
-    checkpoint_metadata,
-    comparisons,
-    leaderboard,
-    provenance,
-    publication,
-    statistics,
-    training_state,
-)
-from hhrl_bench import train as training
-from hhrl_bench.evidence import unpack
-from hhrl_bench.level import Level
-from hhrl_bench.loading import SHIPPED, load_agents, training_record
-from hhrl_bench.method_records import method_records
-from hhrl_bench.outcome_file import keep_outcome
-from hhrl_bench.replaying import replay
-from hhrl_bench.run_directory import RunDirectory, failed_seeds
-from hhrl_bench.seeds import parse_seeds
-from hhrl_bench.store import Store
-from hhrl_bench.training_outcomes import read_outcomes
-from hhrl_bench.verification import verify
+from hhrl_agents.methods.method import Method
+from hhrl_bench import checkpoint_metadata, provenance
+from hhrl_bench.evaluation.evidence import unpack
+from hhrl_bench.evaluation.loading import SHIPPED, load_agents, training_record
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard import comparisons, entry
+from hhrl_bench.leaderboard.level import Level
+from hhrl_bench.leaderboard.record import method_records
+from hhrl_bench.publishing import publication
+from hhrl_bench.statistics import censored_times, intervals
+from hhrl_bench.suites.outcome_file import keep_outcome
+from hhrl_bench.tasks.seeds import parse_seeds
+from hhrl_bench.training import saved_state
+from hhrl_bench.training import train as training
+from hhrl_bench.training.learning_curves import read_outcomes
+from hhrl_bench.training.run_directory import RunDirectory, failed_seeds
+from hhrl_bench.verification.replay import replay
+from hhrl_bench.verification.verify import verify
 from hhrl_envs import get_scenario
 from hhrl_envs.errors import InputError
 from support import hostile, small_board, small_training
@@ -125,8 +120,8 @@ def attack_metadata(sandbox: Sandbox, rng: Rng) -> None:
 def attack_entry(sandbox: Sandbox, rng: Rng) -> None:
     path = sandbox.board.with_name("fuzzed.json")
     path.write_bytes(hostile.change_json(sandbox.board.read_bytes(), rng))
-    board = leaderboard.read(path)
-    list(leaderboard.respelt(path, board))
+    board = entry.read(path)
+    list(entry.respelt(path, board))
     for finding in verify(board, Store(path.parent), Level.RECOMPUTED):
         require_one_line(str(finding))
 
@@ -180,7 +175,7 @@ def attack_state(sandbox: Sandbox, rng: Rng) -> None:
 
 
 def _change_state(data: bytes, rng: Rng) -> bytes:
-    return hostile.change_tensors(data, rng, training_state.FORMAT)
+    return hostile.change_tensors(data, rng, saved_state.FORMAT)
 
 
 def attack_outcome(sandbox: Sandbox, rng: Rng) -> None:
@@ -240,7 +235,7 @@ def unchecked() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         known = checkpoint_metadata.read(CHECKPOINT.read_bytes())["config_hash"]
         patch.setattr(Method, "config_hash", property(lambda _: known))
-        patch.setattr(training_state, "_checksum", lambda *_: "0")
+        patch.setattr(saved_state, "_checksum", lambda *_: "0")
         patch.setattr(provenance, "git_commit", lambda _: None)  # asks git, which is a process
         yield
 
@@ -249,7 +244,7 @@ def unchecked() -> Iterator[None]:
 def quick_statistics() -> Iterator[None]:
     """Return a context in which intervals take no time."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (statistics, comparisons, censored):
+        for module in (intervals, comparisons, censored_times):
             patch.setattr(module, "RESAMPLES", 9)
         yield
 

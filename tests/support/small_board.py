@@ -3,17 +3,17 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from hhrl_bench import leaderboard
-from hhrl_bench.arms import ArmName
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.outcome_file import OutcomeRecord
-from hhrl_bench.records import TimedResult
-from hhrl_bench.results import task_record
-from hhrl_bench.store import Store
-from hhrl_bench.tasks import get_task
-from hhrl_bench.transfer_records import TransferSetRecord
-from hhrl_bench.transfer_rows import ArmCurves, TransferCurves, transfer_set
-from hhrl_bench.units import Evaluation
+from hhrl_bench.evaluation.records import TimedResult
+from hhrl_bench.evaluation.results import task_record
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.suites.outcome_file import OutcomeRecord
+from hhrl_bench.suites.units import Evaluation
+from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.transfer.arms import ArmName
+from hhrl_bench.transfer.records import TransferSetRecord
+from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, transfer_set
 from support.trainings import training
 
 EPISODES = 6
@@ -37,10 +37,10 @@ def publish(folder: Path, pairs: Sequence[tuple[str, str]] = PAIRS) -> Path:
     done = [Evaluation(agent, get_task(task), EPISODES, folder).run() for agent, task in pairs]
     tasks = [task_record(get_task(task), EPISODES) for task in dict.fromkeys(task for _, task in pairs)]
     trainings = [one for one in TRAININGS if one.task in {task.id for task in tasks}]
-    board = leaderboard.build("small", tasks, done, "make it", store, trainings=trainings)
+    board = entry.build("small", tasks, done, "make it", store, trainings=trainings)
     path = folder / "published" / "small.json"
     path.parent.mkdir()
-    leaderboard.publish(board, path, store)
+    entry.publish(board, path, store)
     return path
 
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from hhrl_bench import train as training
-from hhrl_bench.cli import main
-from hhrl_bench.tasks import get_task
+from hhrl_bench.cli.app import main
+from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.training import train as training
 from support import configs
 
 TASK = get_task("stop-line-v0")

@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hhrl_bench import suite
-from hhrl_bench.cli import main
-from hhrl_bench.suite import TrainingSuite
-from hhrl_bench.units import Training
+from hhrl_bench.cli.app import main
+from hhrl_bench.suites import suites
+from hhrl_bench.suites.suites import TrainingSuite
+from hhrl_bench.suites.units import Training
 
 RULES = ("rule-1", "rule-2", "rule-3", "rule-4", "rule-4-literal", "rule-plus")
 TASKS = ("stop-line-v0", "stop-line-wet-v0", "stop-line-dense-v0", "stop-line-noisy-v0", "stop-line-erratic-v0")
@@ -39,5 +39,5 @@ SUITES = {
 
 
 if __name__ == "__main__":
-    suite.SUITES = SUITES
+    suites.SUITES = SUITES
     main()

@@ -7,10 +7,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from hhrl_bench.evaluation.records import TimedResult
+from hhrl_bench.evaluation.results import evaluate_agent
 from hhrl_bench.progress import Update, silent
-from hhrl_bench.records import TimedResult
-from hhrl_bench.results import evaluate_agent
-from hhrl_bench.tasks import get_task
+from hhrl_bench.tasks.tasks import get_task
 from hhrl_envs import InputError
 
 TASK = get_task("stop-line-v0")

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from hhrl_bench.efficiency import efficiency
-from hhrl_bench.leaderboard_record import LeaderboardRecord
-from hhrl_bench.method_records import MethodRecord
-from hhrl_bench.study import suite_study
-from hhrl_bench.suite import ScoreSuite
+from hhrl_bench.leaderboard.efficiency import efficiency
+from hhrl_bench.leaderboard.record import LeaderboardRecord, MethodRecord
+from hhrl_bench.suites.study import suite_study
+from hhrl_bench.suites.suites import ScoreSuite
 from support.trainings import training
 from support.transfers import study
 

@@ -1,0 +1,125 @@
+"""Learning methods as data: what distinguishes them, and every hyperparameter of their learner."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from types import MappingProxyType
+from typing import Any, Literal
+
+from hhrl_agents.methods.configs import DoubleDQNConfig, PPOConfig, PQNConfig
+from hhrl_agents.rules.paper_rules import PAPER_RULES
+from hhrl_envs.errors import InputError, require_value
+
+CONFIGS: Mapping[str, Any] = MappingProxyType({"double-dqn": DoubleDQNConfig, "pqn": PQNConfig, "ppo": PPOConfig})
+"""The class of each algorithm's hyperparameters."""
+
+_OPTIONS = ("none", "learned", *PAPER_RULES)
+_REPLAYS = ("uniform", "prioritised", "hierarchical")
+
+
+@dataclass(frozen=True)
+class Method:
+    """A learning method: an option level and an action level, each learned or given, with the paper's three switches.
+
+    Attributes:
+        id: the name that the command line and the leaderboard use.
+        option: the option level: "none" of a flat method, "learned", or given by the rule of this id.
+        ffv: the method whose trained policy, frozen, is the action level under FFV, the analytic controller being it
+            under SSL; None: the action level is learned.
+        hybrid_reward: r^option and r^action at their levels instead of r^task at both.
+        replay: how mini-batches are drawn: "uniform", "prioritised" by all levels' errors together, or "hierarchical".
+        attention: the attention I(s, o) before the action network.
+        config: every hyperparameter; its class, one of `CONFIGS`, says which algorithm learns.
+        summary: what sets the method apart, in a line.
+    """
+
+    id: str
+    option: str = "none"
+    ffv: "Method | None" = None
+    hybrid_reward: bool = False
+    replay: Literal["uniform", "prioritised", "hierarchical"] = "uniform"
+    attention: bool = False
+    config: Any = field(default_factory=DoubleDQNConfig)
+    summary: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        """Reject levels that do not go together, and switches of a level that is not there to learn."""
+        known = type(self.config) in CONFIGS.values()
+        self._require("config", known, "one of: " + ", ".join(config.__name__ for config in CONFIGS.values()))
+        self._require("option", self.option in _OPTIONS, "one of: " + ", ".join(_OPTIONS))
+        self._require("replay", self.replay in _REPLAYS, "one of: " + ", ".join(_REPLAYS))
+        plain = self.algorithm == "double-dqn" or (not self.hierarchical and self.replay == "uniform")
+        self._require("config", plain, "a DoubleDQNConfig to have options, or replay to choose from")
+        flat_has_none = self.hierarchical or not (self.hybrid_reward or self.attention or self.ffv)
+        self._require("option", flat_has_none, "'learned' or a rule's id to use ffv, hybrid_reward or attention")
+        self._require("option", bool(self.levels), "'learned', as ffv gives the action level")
+        self._require("attention", self.ffv is None or not self.attention, "False, as ffv gives the action level")
+        both = self.replay != "hierarchical" or len(self.levels) == 2
+        self._require("replay", both, "uniform or prioritised, as hierarchical needs option 'learned' and no ffv")
+        follows = self.ffv is None or (self.ffv.hierarchical and self.ffv.ffv is None and not self.ffv.config.memory)
+        self._require("ffv", follows, "a method with options whose action level is learned, without memory")
+
+    def _require(self, name: str, holds: bool, allowed: str) -> None:
+        value = getattr(self, name)
+        said = repr(value.id) if isinstance(value, Method) else repr(value)
+        require_value(holds, f"{name} of method {self.id!r}", said, allowed)
+
+    @property
+    def algorithm(self) -> str:
+        """The name of the algorithm that learns, a key of `CONFIGS`."""
+        return next(name for name, config in CONFIGS.items() if type(self.config) is config)
+
+    @property
+    def hierarchical(self) -> bool:
+        """Whether there is an option level, learned or given."""
+        return self.option != "none"
+
+    @property
+    def levels(self) -> tuple[str, ...]:
+        """The levels that are learned, of "option" and "action", in this order."""
+        learned = {"option": self.option == "learned", "action": self.ffv is None}
+        return tuple(level for level, is_learned in learned.items() if is_learned)
+
+    @property
+    def config_hash(self) -> str:
+        """The SHA-256 of the method's data without its id: equal hashes learn the same from the same seeds."""
+        return hashlib.sha256(json.dumps(self.data(), sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+    def data(self) -> dict[str, Any]:
+        """Return the method without its id and summary as JSON data; that of `ffv` holds its id."""
+        data = asdict(self)
+        del data["id"], data["summary"]
+        data["algorithm"] = self.algorithm
+        data["config"] = {name: list(v) if isinstance(v, tuple) else v for name, v in data["config"].items()}
+        if self.ffv:
+            data["ffv"] = {"id": self.ffv.id, **self.ffv.data()}
+        return data
+
+    @classmethod
+    def from_data(cls, method_id: str, data: Mapping[str, Any]) -> "Method":
+        """Return the method of this id and `data`, the inverse of `data`.
+
+        Raises:
+            InputError: if an entry is missing or not known, or a value not allowed.
+        """
+        try:
+            config = {name: tuple(v) if isinstance(v, list) else v for name, v in data["config"].items()}
+            ffv = data["ffv"] and cls.from_data(data["ffv"]["id"], _without(data["ffv"], "id"))
+            made = {"ffv": ffv, "config": CONFIGS[data["algorithm"]](**config)}
+            method = cls(method_id, **{**_without(data, "algorithm"), **made})
+            _require_entries(method.data(), data)
+            _require_entries(method.data()["config"], config)
+        except (AttributeError, KeyError, TypeError) as error:
+            raise InputError(f"the config of method {method_id!r} is not one of this version: {error}") from error
+        return method
+
+
+def _without(data: Mapping[str, Any], key: str) -> dict[str, Any]:
+    return {name: value for name, value in data.items() if name != key}
+
+
+def _require_entries(expected: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+    missing = ", ".join(sorted(expected.keys() - given.keys()))
+    if missing:
+        raise KeyError(f"missing {missing}")

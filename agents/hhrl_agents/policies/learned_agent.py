@@ -1,0 +1,145 @@
+"""Learned agents: the greedy policies of trained networks."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from hhrl_agents.agent import NO_OPTION, BoolArray, Decision, Float32Array, IntArray
+from hhrl_agents.methods.method import Method
+from hhrl_agents.networks.mlp import MLP, Parameters
+from hhrl_agents.networks.value_networks import FFV, ActionNetwork, mask_penalty, one_hot, subset
+from hhrl_agents.policies.given_levels import Actions, Options, given_actions, given_options
+from hhrl_agents.policies.observation_memory import Traces
+from hhrl_envs import Scenario
+from hhrl_envs.errors import InputError
+from hhrl_envs.state import State
+
+Metadata = Mapping[str, Any]
+
+
+class LearnedAgent:
+    """A flat agent that takes the action of the highest value, the first one on a tie.
+
+    parameters: of all networks, level.name -> [1, in, out]; metadata: where they come from.
+    """
+
+    def __init__(self, method: Method, scenario: Scenario, parameters: Parameters, metadata: Metadata) -> None:
+        self.method = method
+        self.scenario = scenario
+        self.parameters = dict(parameters)
+        self.metadata = dict(metadata)
+        self._memory = Traces(method.config.memory)
+        self._build()
+
+    def _build(self) -> None:
+        self._flat = MLP(subset(self.parameters, "action."), layer_norm=self.method.config.layer_norm)
+
+    def reset(self, mask: BoolArray) -> None:
+        """Return nothing; forget the rows that start a new episode; see `Agent.reset`."""
+        self._memory.begin(mask)
+
+    def state(self) -> State:
+        """Return what is remembered of the rows; see `hhrl_agents.stateful.Stateful`."""
+        return self._memory.state()
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.stateful.Stateful`."""
+        self._memory.restore(state)
+
+    @torch.no_grad()
+    def act(self, observations: Float32Array) -> Decision:
+        """Return no option (-1) and the greedy action, int64 [B] each; see `Agent.act`."""
+        actions = _best(self._flat(_states(self._memory.observe(observations))))
+        return Decision(np.full_like(actions, NO_OPTION), actions)
+
+
+class HierarchicalLearnedAgent(LearnedAgent):
+    """A hierarchical agent; a level that is learned takes the choice of the highest value, the first one on a tie."""
+
+    def _build(self) -> None:
+        method, scenario, parameters = self.method, self.scenario, self.parameters
+        self._select: Options = self._best_option
+        self._pursue: Actions = self._best_action
+        if "option" in method.levels:
+            self._option = MLP(subset(parameters, "option."), layer_norm=method.config.layer_norm)
+            self._penalty = mask_penalty(scenario.option_mask)
+        else:
+            self._select = given_options(method, scenario)
+        if "action" in method.levels:
+            self._action = ActionNetwork(subset(parameters, "action."), method.config)
+        else:
+            self._pursue = frozen_actions(method, scenario, parameters)
+
+    @torch.no_grad()
+    def act(self, observations: Float32Array) -> Decision:
+        """Return the option, and the action given it, int64 [B] each; see `Agent.act`."""
+        features = self._memory.observe(observations)
+        option = self._select(features)
+        return Decision(option, self._pursue(features, option))
+
+    @torch.no_grad()
+    def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
+        """Return the actions given the options, int64 [B]; see `HierarchicalAgent.act_with_option`."""
+        return self._pursue(self._memory.observe(observations), option)
+
+    @torch.no_grad()
+    def attention(self, observations: Float32Array, option: IntArray) -> Float32Array:
+        """Return the attention I(s, o) on the 11 state elements, float32 [B, 11], each row summing to 1.
+
+        Raises:
+            InputError: if the action level is given, and has no network to attend with.
+        """
+        if "action" not in self.method.levels:
+            raise InputError(f"method {self.method.id!r} has no attention: its action level is given")
+        weights: Float32Array = self._action.attention(_states(observations), _options(option))[0].T.numpy()
+        return weights
+
+    def _best_option(self, features: Float32Array) -> IntArray:
+        return _best(self._option(_states(features)) + self._penalty)
+
+    def _best_action(self, features: Float32Array, option: IntArray) -> IntArray:
+        return _best(self._action(_states(features), _options(option)))
+
+
+def frozen_actions(method: Method, scenario: Scenario, parameters: Parameters) -> Actions:
+    """Return the given action level of a method with `ffv`, whose parameters begin with `ffv.`."""
+    if method.ffv is None:
+        raise InputError(f"the action level of method {method.id!r} is learned, not given")
+    return given_actions(scenario, HierarchicalLearnedAgent(method.ffv, scenario, subset(parameters, FFV), {}))
+
+
+def describe(method: Method, scenario: Scenario, seed: int, env_steps: int) -> dict[str, Any]:
+    """Return the metadata of a trained agent: what it is, where it was trained, how long, with which versions."""
+    return {
+        "method": method.id,
+        "config": method.data(),
+        "config_hash": method.config_hash,
+        "scenario": scenario.id,
+        "spec_hash": scenario.spec_hash,
+        "interface_hash": scenario.interface_hash,
+        "seed": seed,
+        "env_steps": env_steps,
+        "versions": {"numpy": np.__version__, "torch": torch.__version__},
+    }
+
+
+def make_agent(method: Method, scenario: Scenario, parameters: Parameters, metadata: Metadata) -> LearnedAgent:
+    """Return the learned agent of the kind that `method` trains; see `LearnedAgent` for the arguments."""
+    kind = HierarchicalLearnedAgent if method.hierarchical else LearnedAgent
+    return kind(method, scenario, parameters, metadata)
+
+
+def _states(features: Float32Array) -> Tensor:
+    return torch.from_numpy(np.array(features, np.float32, order="C")).unsqueeze(0).transpose(1, 2)
+
+
+def _options(option: IntArray) -> Tensor:
+    return one_hot(torch.tensor(option).view(1, 1, -1))
+
+
+def _best(values: Tensor) -> IntArray:
+    best: IntArray = values[0].max(0).indices.numpy()
+    return best

@@ -1,0 +1,92 @@
+"""The rule agents of Table I: a hand-written option level over the analytic controllers."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from hhrl_agents.agent import BoolArray, Decision, Float32Array, FloatArray, IntArray
+from hhrl_agents.rules.controllers import FollowFrontVehicle, StopAtStopLine, nearest_levels
+from hhrl_envs import Option, Scenario
+from hhrl_envs import observation as obs
+
+FollowRule = Callable[[FloatArray], BoolArray]
+"""Says for each row of the SI state [B, 11] whether to follow the front vehicle (else: stop at the stop-line)."""
+
+
+class RuleAgent:
+    """A hierarchical agent without memory: the rule `follow` selects the option, the analytic controllers act."""
+
+    def __init__(self, scenario: Scenario, follow: FollowRule) -> None:
+        self.follow = follow
+        self._mask = np.asarray(scenario.option_mask)
+        self._levels = np.asarray(scenario.vehicle.levels, dtype=np.float64)
+        self._stop_controller = StopAtStopLine.for_scenario(scenario)
+        self._follow_controller = FollowFrontVehicle.for_scenario(scenario)
+
+    def reset(self, mask: BoolArray) -> None:
+        """Return nothing: rules remember nothing."""
+
+    def act(self, observations: Float32Array) -> Decision:
+        """Return the rule's option and the controller's action, int64 [B] each; see `Agent.act`."""
+        state = _si(observations)
+        option = self._select(state)
+        return Decision(option, self._pursue(state, option))
+
+    def select(self, observations: Float32Array) -> IntArray:
+        """Return the rule's option alone, int64 [B], for observations float32 [B, 11]."""
+        return self._select(_si(observations))
+
+    def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
+        """Return the option's controller's actions, int64 [B]; see `HierarchicalAgent.act_with_option`."""
+        return self._pursue(_si(observations), option)
+
+    def _select(self, state: FloatArray) -> IntArray:
+        chosen = np.where(self.follow(state), Option.FFV, Option.SSL).astype(np.int64)
+        return np.where(self._mask[chosen], chosen, 1 - chosen)
+
+    def _pursue(self, state: FloatArray, option: IntArray) -> IntArray:
+        wanted = np.where(option == Option.FFV, self._follow_controller(state), self._stop_controller(state))
+        return nearest_levels(self._levels, wanted)
+
+
+def rule_1(scenario: Scenario) -> RuleAgent:
+    """Return the agent that always follows the front vehicle."""
+    return RuleAgent(scenario, lambda state: np.ones(len(state), dtype=np.bool_))
+
+
+def rule_2(scenario: Scenario) -> RuleAgent:
+    """Return the agent that always stops at the stop-line."""
+    return RuleAgent(scenario, lambda state: np.zeros(len(state), dtype=np.bool_))
+
+
+def rule_3(scenario: Scenario) -> RuleAgent:
+    """Return the agent that follows while d_d > d_f + car_length: the front bumper ahead has not reached the line."""
+    car_length = scenario.vehicle.length
+    return RuleAgent(scenario, lambda state: state[:, obs.D_D] > state[:, obs.D_F] + car_length)
+
+
+def rule_4(scenario: Scenario) -> RuleAgent:
+    """Return the agent that follows while d_d > d_fc: the front vehicle binds before the line (printed: d_f)."""
+    return RuleAgent(scenario, lambda state: state[:, obs.D_D] > state[:, obs.D_FC])
+
+
+def rule_4_literal(scenario: Scenario) -> RuleAgent:
+    """Return the agent that follows while d_f > d_fc, as printed: always, because d_fc = d_f - d_fs and d_fs > 0."""
+    return RuleAgent(scenario, lambda state: state[:, obs.D_F] > state[:, obs.D_FC])
+
+
+PAPER_RULES: Mapping[str, Callable[[Scenario], RuleAgent]] = MappingProxyType(
+    {
+        "rule-1": rule_1,
+        "rule-2": rule_2,
+        "rule-3": rule_3,
+        "rule-4": rule_4,
+        "rule-4-literal": rule_4_literal,
+    }
+)
+"""The constructors of the rules of Table I by their ids."""
+
+
+def _si(observations: Float32Array) -> FloatArray:
+    return obs.to_si(observations).astype(np.float64)

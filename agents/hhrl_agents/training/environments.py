@@ -1,0 +1,147 @@
+"""The environments of E stacked seeds, stepped together: what learners of every algorithm learn from."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from hhrl_agents.agent import ACTION, NO_ACTION, OPTION, BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.methods.method import Method
+from hhrl_agents.policies.observation_memory import Traces
+from hhrl_agents.replay.buffer import Transitions
+from hhrl_agents.stateful import Stateful
+from hhrl_agents.training.vehicles import Cast
+from hhrl_envs import Outcome, Scenario
+from hhrl_envs.errors import InputError
+from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
+from hhrl_envs.simulation.simulator import Results
+
+
+class StackedEnvironments:
+    """`n_envs` environments for each of E seeds, in each of them the vehicles of the cast, which all learn alike.
+
+    An environment begins its next episode when those of all its learning vehicles have ended; until then the ones that
+    have ended wait.
+
+    method: how many environments a seed has, what is remembered of observations, and what is rewarded; num_seeds: E;
+    world_seeds: uint64 [E, n_envs]; cast: which vehicles learn, and who drives the others.
+
+    Attributes:
+        width: learning vehicles of a seed, n = n_envs x the cast's slots, those of an environment side by side.
+        features: what the networks read now, float32 [E, n, features].
+        outcome_counts: episodes of vehicles that ended since `clear_counts`, int64 [E, outcomes].
+    """
+
+    def __init__(
+        self, method: Method, scenario: Scenario, num_seeds: int, world_seeds: npt.NDArray[np.uint64], cast: Cast
+    ) -> None:
+        shape = (num_seeds, method.config.n_envs)
+        if np.shape(world_seeds) != shape:
+            raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {shape}")
+        self._method, self._cast, self._num_seeds = method, cast, num_seeds
+        self.width = method.config.n_envs * len(cast.slots)
+        self._simulator = cast.simulator(scenario, world_seeds.size)
+        self._simulator.reset(world_seeds.reshape(-1))
+        self._memory = Traces(method.config.memory)
+        self._begin(np.ones(self._simulator.num_rows, np.bool_))
+        self._results = cast.results(self._simulator)
+        self.features = self._observe(None)
+        self.clear_counts()
+
+    def step(self, options: IntArray, actions: IntArray) -> tuple[Transitions, BoolArray]:
+        """Return what a step of every vehicle came to, and whose episode is over, bool [E, n].
+
+        options, actions: int64 [E, n]. The action of a vehicle that waits is `NO_ACTION` in what comes back. The next
+        observations are those before any new episode begins.
+        """
+        simulator, features, waited = self._simulator, self.features, self._ended()
+        simulator.step(self._cast.actions(simulator, actions.reshape(-1)))
+        self._results = results = self._cast.results(simulator)
+        ended = self._ended()
+        step = Transitions(
+            features,
+            options,
+            np.where(waited.reshape(actions.shape), NO_ACTION, actions),
+            level_rewards(self._method, results, options.reshape(-1)).reshape(*actions.shape, 2),
+            discounts(self._method, results).reshape(actions.shape),
+            self._observe(None),
+        )
+        self._count(ended & ~waited)
+        self._next_episodes(ended)
+        return step, ended.reshape(actions.shape)
+
+    def clear_counts(self) -> None:
+        """Return nothing; count outcomes from zero."""
+        self.outcome_counts: IntArray = np.zeros((self._num_seeds, len(Outcome)), np.int64)
+
+    def parts(self) -> Mapping[str, Stateful]:
+        """Return what a learner has to save of the environments, by its name; see `look` for what follows."""
+        partners = {f"partner-{slot}": agent for slot, agent in self._cast.partners.items()}
+        remembering = {name: agent for name, agent in partners.items() if isinstance(agent, Stateful)}
+        return {"simulator": self._simulator, "memory": self._memory, **remembering}
+
+    def look(self) -> None:
+        """Return nothing; make `features` anew from parts that were restored."""
+        self._results = self._cast.results(self._simulator)
+        self.features = self._observe(np.zeros(len(self._results.outcomes), np.bool_))
+
+    def _next_episodes(self, ended: BoolArray) -> None:
+        over: BoolArray = np.all(ended.reshape(self._simulator.num_rows, -1), axis=1, keepdims=False)
+        self._simulator.next_episode(over)
+        self._results = self._cast.results(self._simulator)
+        self.features = self._observe(self._begin(over))
+
+    def _begin(self, rows: BoolArray) -> BoolArray:
+        """Return which vehicles begin an episode with these rows, having told memory and partners."""
+        begun = np.repeat(rows, len(self._cast.slots))
+        self._memory.begin(begun)
+        self._cast.begin(rows)
+        return begun
+
+    def _ended(self) -> BoolArray:
+        ended: BoolArray = self._results.outcomes != Outcome.RUNNING
+        return ended
+
+    def _observe(self, vehicles: BoolArray | None) -> Float32Array:
+        """Return what the networks read, [E, n, features], after memory has seen the new ones of `vehicles`."""
+        return self._memory.observe(self._results.observations, vehicles).reshape(self._num_seeds, self.width, -1)
+
+    def _count(self, ended: BoolArray) -> None:
+        vehicles = np.flatnonzero(ended)
+        np.add.at(self.outcome_counts, (vehicles // self.width, self._results.outcomes[vehicles]), 1)
+
+
+def level_rewards(method: Method, results: Results, options: IntArray) -> FloatArray:
+    """Return the scaled rewards of both levels for the last step, float64 [B, 2], given the selected options [B].
+
+    results: what the agents that learn got from that step.
+
+    With the hybrid reward they are r^option and r^action of the selected option, otherwise r^task twice. Algorithm 2
+    (`credit`) is the other way round: a failure of the selected sub-goal is the option's fault, of the other one the
+    action's. The penalty for unsmoothness, part of r^task and r^action, counts for `jerk_weight`. Where a time limit
+    counts as truncation its penalty, part of all of them, is left out.
+    """
+    unsmooth = results.terms[:, UNSMOOTH]
+    rewards = np.empty((len(unsmooth), 2))
+    if method.hybrid_reward:
+        rows = np.arange(len(unsmooth))
+        rewards[:, OPTION] = results.reward_option[rows, options]
+        rewards[:, ACTION] = results.reward_action[rows, options]
+        if method.config.credit == "algorithm-2":
+            rewards = rewards[:, ::-1] + np.stack((-unsmooth, unsmooth), axis=1)
+    else:
+        rewards[:] = results.rewards[:, None]
+    excess = (1.0 - method.config.jerk_weight) * unsmooth
+    rewards -= np.stack((np.zeros_like(excess) if method.hybrid_reward else excess, excess), axis=1)
+    if method.config.timeout == "truncation":
+        rewards -= results.terms[:, TIMEOUT, None]
+    scaled: FloatArray = rewards * method.config.reward_scale
+    return scaled
+
+
+def discounts(method: Method, results: Results) -> FloatArray:
+    """Return what the value of the next state is multiplied with, float64 [B]: gamma, or 0 after a terminal step."""
+    ongoing = results.outcomes == Outcome.RUNNING
+    if method.config.timeout == "truncation":
+        ongoing |= results.outcomes == Outcome.TIMEOUT
+    return np.where(ongoing, method.config.gamma, 0.0)

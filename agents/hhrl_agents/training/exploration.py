@@ -1,0 +1,53 @@
+"""Epsilon-greedy exploration that holds what it tries for a while."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hhrl_agents.agent import IntArray
+from hhrl_agents.random_streams import restore_streams, save_streams, uniforms
+from hhrl_envs.state import State, read
+
+GREEDY = -1
+"""What `Explorer.draw` returns where the greedy choice is to be made."""
+
+
+class Explorer:
+    """Random choices of one level for E seeds with n environments each, every one held for 1 to `longest` steps.
+
+    Steps of 0.1 s are short: choices that change at every step cancel out, and the ego goes nowhere. Holding them is
+    the temporally extended epsilon-greedy exploration of Dabney, Ostrovski and Barreto (2021), with uniform
+    durations; `longest` = 1 is plain epsilon-greedy.
+    """
+
+    def __init__(self, streams: Sequence[np.random.Generator], n_envs: int, choices: IntArray, longest: int) -> None:
+        self._streams = streams
+        self._choices = choices
+        self._longest = longest
+        self._tried = np.zeros((len(streams), n_envs), np.int64)
+        self._left = np.zeros_like(self._tried)
+
+    def draw(self, epsilon: float) -> IntArray:
+        """Return for each environment the choice to try or `GREEDY`, int64 [E, n]; a share `epsilon` of steps tries."""
+        start, choice, duration = np.moveaxis(uniforms(self._streams, self._tried.shape[1], 3), -1, 0)
+        starts = (self._left == 0) & (start < self._rate(epsilon))
+        self._tried = np.where(starts, self._choices[(choice * len(self._choices)).astype(np.int64)], self._tried)
+        self._left = np.where(starts, 1 + (duration * self._longest).astype(np.int64), self._left)
+        tried = np.where(self._left > 0, self._tried, GREEDY)
+        self._left = np.maximum(self._left - 1, 0)
+        return tried
+
+    def state(self) -> State:
+        """Return the generators and what is being held for how long; see `hhrl_agents.stateful.Stateful`."""
+        return {**save_streams(self._streams), "tried": self._tried.copy(), "left": self._left.copy()}
+
+    def restore(self, state: State) -> None:
+        """Return nothing; see `hhrl_agents.stateful.Stateful`."""
+        restore_streams(self._streams, state)
+        self._tried = read(state, "tried", self._tried).copy()
+        self._left = read(state, "left", self._left).copy()
+
+    def _rate(self, epsilon: float) -> float:
+        """Return the chance to start a trial at a free step that makes trials a share `epsilon` of all steps."""
+        duration = (1 + self._longest) / 2
+        return epsilon / (epsilon + duration * (1.0 - epsilon))

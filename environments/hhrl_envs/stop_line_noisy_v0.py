@@ -1,5 +1,0 @@
-"""PettingZoo's stop-line-noisy-v0."""
-
-from hhrl_envs.triads import triad
-
-env, raw_env, parallel_env = triad("stop-line-noisy-v0")

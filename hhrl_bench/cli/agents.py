@@ -1,0 +1,226 @@
+"""The commands that list what is registered, train methods and evaluate agents."""
+
+import json
+import shlex
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
+from enum import StrEnum
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hhrl_bench.cli.console import announce_compiling, console
+from hhrl_bench.cli.options import AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from hhrl_bench.evaluation.records import TimedResult
+    from hhrl_bench.schema import OptionName
+    from hhrl_bench.tasks.tasks import Task
+
+agents_app = typer.Typer()
+
+Rows = list[dict[str, Any]]
+
+
+class Listed(StrEnum):
+    """What ``list`` can be asked for."""
+
+    AGENTS = "agents"
+    TASKS = "tasks"
+    SUITES = "suites"
+
+
+@agents_app.command("list")
+def list_registered(
+    what: Annotated[Listed | None, typer.Argument(help="What to list.", show_default="all")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List what is registered: agents with their number of trained seeds, tasks and suites."""
+    if what is not None:
+        _print_rows(LISTS[what](), as_json=as_json)
+    elif as_json:
+        typer.echo(json.dumps({name: rows() for name, rows in LISTS.items()}, indent=2))
+    else:
+        for name, rows in LISTS.items():
+            _print_rows(rows(), title=name)
+
+
+@agents_app.command()
+def train(
+    method: Annotated[str, typer.Argument(metavar="METHOD", help="A learned method; see: list agents.")],
+    task: TaskOption = "stop-line-v0",
+    seeds: Annotated[str, typer.Option(help="Training seeds, trained side by side, such as 0-4,7.")] = "0",
+    env_steps: Annotated[
+        int | None, typer.Option(min=1, help="Steps for each seed.", show_default="the task's budget")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="runs/METHOD/TASK")] = None,
+    device: Annotated[str, typer.Option(help="Where torch computes, cpu or cuda.")] = "cpu",
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with a training that was stopped.")] = False,
+    tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write TensorBoard event files too.")] = False,
+) -> None:
+    """Train a method; keep each seed's best policy on validation episodes, and its last; exit code 1 if one fails."""
+    from hhrl_envs.errors import require
+
+    require("torch", "torch")
+    from hhrl_bench.progress import progress
+    from hhrl_bench.tasks.seeds import parse_seeds
+    from hhrl_bench.tasks.tasks import get_task
+    from hhrl_bench.training import train as training
+    from hhrl_bench.training.run_directory import RunDirectory
+
+    announce_compiling()
+    chosen = get_task(task)
+    folder = out or Path("runs") / method / chosen.id
+    plan = training.Plan(
+        training.get_method(method), chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder, device
+    )
+    finished = resume and RunDirectory(folder).finished(plan.seeds)
+    try:
+        with progress(f"{method}, seeds {seeds}") as update:
+            for report in training.train(plan, resume=resume, tensorboard=tensorboard):
+                update(report.env_steps, plan.env_steps, report.note)
+    except KeyboardInterrupt:
+        typer.echo("hhrl-bench: the same command with --resume goes on from the last saved state", err=True)
+        raise
+    if finished:
+        typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
+    typer.echo(str(folder))
+    if _say_failed(folder, plan.seeds):
+        raise typer.Exit(1)
+
+
+@agents_app.command()
+def evaluate(
+    agents: AgentsArgument,
+    task: TaskOption = "stop-line-v0",
+    episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
+    option: HeldOption = None,
+    opponent: OpponentOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Score one agent or several on a task's test episodes, the same worlds for every agent."""
+    from hhrl_bench.evaluation.guarded_agent import option_name
+    from hhrl_bench.evaluation.loading import require_playable
+    from hhrl_bench.evaluation.results import evaluation_record, task_record
+    from hhrl_bench.tables.results import print_results
+    from hhrl_bench.tasks.tasks import get_task
+
+    announce_compiling()
+    chosen, held = get_task(task).against(opponent), option_name(option)
+    record = task_record(chosen, episodes)
+    require_playable(agents, chosen)
+    timed = [_evaluate_timed(agent, chosen, episodes, held) for agent in agents]
+    if not as_json:
+        print_results(console(), record, [one.result for one in timed])
+        return
+    words = ["hhrl-bench", "evaluate", *agents, "--task", task, "--episodes", str(episodes)]
+    words += ["--option", held] if held else []
+    command = shlex.join([*words, "--opponent", opponent] if opponent else words)
+    typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
+
+
+def _evaluate_timed(agent: str, task: "Task", episodes: int, option: "OptionName | None") -> "TimedResult":
+    from hhrl_bench.evaluation.records import TimedResult
+    from hhrl_bench.evaluation.results import evaluate_agent
+    from hhrl_bench.progress import progress
+    from hhrl_bench.tasks.seeds import MAX_TRAINING_SEED
+
+    started = time.perf_counter()
+    with progress(f"{agent} on {task.id}") as update:
+        result = evaluate_agent(agent, task, episodes, option, update)
+    _say_failed(Path(agent), range(MAX_TRAINING_SEED + 1))
+    return TimedResult(result=result, seconds=time.perf_counter() - started)
+
+
+def _say_failed(folder: Path, seeds: Collection[int]) -> bool:
+    """Say which of the seeds have failed in a run directory; return whether one has."""
+    from hhrl_bench.training.run_directory import failed_seeds
+
+    failed = [seed for seed in failed_seeds(folder) if seed in seeds]
+    if failed:
+        names = ", ".join(str(seed) for seed in failed)
+        typer.echo(f"hhrl-bench: seeds that failed: {names}; see {folder}/seed-{failed[0]}.failed.json", err=True)
+    return bool(failed)
+
+
+def _agents() -> Rows:
+    """Return the rule agents, and the learned methods: how many trained seeds come with the package, what they are."""
+    from hhrl_agents import METHODS, RULES
+    from hhrl_bench.evaluation.loading import shipped_methods
+
+    shipped = shipped_methods()
+    rules = [{"id": name, "kind": "rule", "shipped_seeds": None, "summary": None} for name in RULES]
+    learned = [
+        {"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0), "summary": method.summary}
+        for name, method in METHODS.items()
+    ]
+    return [*rules, *learned]
+
+
+def _tasks() -> Rows:
+    """Return the tasks: scenario, training budget, what a scored agent drives behind whom, first and last seeds."""
+    from hhrl_bench.tasks.tasks import TASKS
+
+    return [
+        {
+            "id": task.id,
+            "scenario": task.scenario,
+            "env_steps": task.env_steps,
+            "drives": "all" if task.shared else "ego",
+            "opponent": task.opponent,
+            **{
+                f"{seeds.name}_seeds": [seeds.start, seeds.start + seeds.size - 1]
+                for seeds in (task.train, task.validation, task.test)
+            },
+        }
+        for task in TASKS.values()
+    ]
+
+
+def _suites() -> Rows:
+    """Return the suites: their tasks, agents and number of episodes."""
+    from hhrl_bench.suites.suites import SUITES
+
+    return [
+        {"id": one.id, "tasks": list(one.tasks), "agents": list(one.agents), "episodes": one.episodes}
+        for one in SUITES.values()
+    ]
+
+
+LISTS: Mapping[Listed, Callable[[], Rows]] = MappingProxyType(
+    {Listed.AGENTS: _agents, Listed.TASKS: _tasks, Listed.SUITES: _suites}
+)
+
+
+def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) -> None:
+    from hhrl_bench.tables.terminal import print_widest
+
+    if as_json:
+        typer.echo(json.dumps(rows, indent=2))
+        return
+    screen, names = console(), list(rows[0])
+    tables = [_rows_table(rows, names[:count], title) for count in range(len(names), 0, -1)]
+    if left_out := print_widest(screen, tables, wrapped=True):
+        missing = ", ".join(names[len(names) - left_out :])
+        screen.print(f"A wider terminal shows {missing} too; so does --json.", style="dim", highlight=False)
+
+
+def _rows_table(rows: Rows, names: Sequence[str], title: str | None) -> "Table":
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    for name in names:
+        table.add_column(name, no_wrap=name == "id", overflow="fold")
+    for row in rows:
+        table.add_row(*(_said(row[name]) for name in names))
+    return table
+
+
+def _said(value: object) -> str:
+    if isinstance(value, list):
+        return (" to " if isinstance(value[0], int) else ", ").join(map(_said, value))
+    return "" if value is None else f"{value:,}" if isinstance(value, int) else str(value)

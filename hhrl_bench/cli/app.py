@@ -1,0 +1,91 @@
+"""The command line: exit code 0 done, 1 a check did not hold, 2 bad usage or input, said in one line."""
+
+import os
+import sys
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from hhrl_bench.cli.agents import agents_app
+from hhrl_bench.cli.leaderboard import leaderboard_app
+from hhrl_bench.cli.paper import paper_app
+from hhrl_bench.cli.pictures import pictures_app
+from hhrl_bench.cli.suites import suites_app
+
+INTERRUPTED = 130
+
+
+class OneLineErrors(TyperGroup):
+    """A group of commands whose failures are one line on stderr and exit code 2, without a traceback."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the command line and leave with its exit code."""
+        try:
+            code = super().main(*args, **{**kwargs, "standalone_mode": False})
+            sys.stdout.flush()  # here, where a full disk or a reader that has left can still be answered
+        except Exception as error:
+            message = _message(error)
+            if message is None:
+                raise
+            if isinstance(error, OSError):
+                _close_stdout()
+            typer.echo("hhrl-bench: " + " ".join(message.split()), err=True)
+            code = 2
+        if code == INTERRUPTED:
+            typer.echo("hhrl-bench: interrupted; what was not finished was not written", err=True)
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _close_stdout() -> None:
+    """Drop what stdout still holds if nobody takes it, so that Python does not try again when it ends."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _message(error: Exception) -> str | None:
+    """Return what to say of bad usage or input; None for a fault of ours, which keeps its traceback."""
+    if hasattr(error, "format_message"):
+        return str(error.format_message()).replace("Value error, ", "")
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+    if isinstance(error, ValueError):
+        from hhrl_envs.errors import InputError
+
+        return str(error) if isinstance(error, InputError) else None
+    return None
+
+
+app = typer.Typer(
+    cls=OneLineErrors,
+    help="Benchmark hierarchical, flat and rule agents on the stop-line tasks.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(agents_app)
+app.add_typer(paper_app)
+app.add_typer(suites_app)
+app.add_typer(pictures_app)
+app.add_typer(leaderboard_app, name="leaderboard")
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
+) -> None:
+    if version:
+        from hhrl_bench import __version__
+
+        typer.echo(f"hhrl-bench {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def main() -> None:
+    """Run ``hhrl-bench`` with the arguments of the process."""
+    app()

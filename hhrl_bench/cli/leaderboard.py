@@ -1,0 +1,177 @@
+"""The commands under ``hhrl-bench leaderboard``: findings on stdout, progress on stderr."""
+
+import json
+import secrets
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from hhrl_bench.cli.console import announce_compiling, console
+from hhrl_bench.cli.options import JsonOption
+from hhrl_bench.leaderboard.level import Level
+
+if TYPE_CHECKING:
+    from hhrl_bench.leaderboard.findings import Finding
+
+leaderboard_app = typer.Typer(help="Read, verify and publish leaderboards.")
+
+FolderOption = Annotated[Path, typer.Option("--folder", help="The folder of published entries.")]
+LevelOption = Annotated[Level, typer.Option("--level", help="How far: each level includes those before it.")]
+FOLDER = Path("leaderboards")
+
+
+@leaderboard_app.command()
+def show(
+    file: Annotated[Path, typer.Argument(help="Leaderboard file.")] = FOLDER / "quick.json",
+    details: Annotated[
+        bool, typer.Option("--details", help="Print worst cases, comparisons with the best agent and efficiency too.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Print a leaderboard as tables."""
+    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.tables.leaderboard import print_leaderboard
+
+    board = entry.read(file)
+    if as_json:
+        typer.echo(board.model_dump_json(indent=2))
+    else:
+        print_leaderboard(console(), board, details=details)
+
+
+@leaderboard_app.command()
+def verify(
+    paths: Annotated[
+        list[Path] | None, typer.Argument(help="Entries, or folders of them.", show_default="leaderboards")
+    ] = None,
+    level: LevelOption = Level.REPLAYED,
+    sample: Annotated[
+        int | None, typer.Option(min=1, help="Run the agents of so many results again.", show_default="all")
+    ] = None,
+    fresh: Annotated[
+        int | None, typer.Option(min=1, help="Also score every run in so many worlds drawn anew.", show_default="none")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Draws the sample and the worlds.", show_default="a new one")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Verify entries, offline: their files, numbers and agents; exit code 1 where something does not hold."""
+    if sample is not None and level != Level.RERUN:
+        raise typer.BadParameter(f"--level {level} runs no agent again; write --level rerun", param_hint="--sample")
+    from hhrl_bench.publishing.publication import INDEX, check_index, entry_paths
+
+    announce_compiling()
+    drawn = secrets.randbelow(10**9) if seed is None else seed
+    found: list[_Verified] = []
+    for path in paths or [FOLDER]:
+        if path.is_dir():
+            found.append(_Verified(path / INDEX, list(check_index(path)), None))
+        files = entry_paths(path) if path.is_dir() else [path]
+        found += [_verify_entry(file, level, sample, fresh, drawn) for file in files]
+    if as_json:
+        rows = [{"entry": str(one.path), **finding._asdict()} for one in found for finding in one.findings]
+        verified = {str(one.path): one.level for one in found if one.level}
+        typer.echo(json.dumps({"level": level, "verified": verified, "findings": rows}, indent=2))
+    else:
+        _print_verified(found)
+        if sample or fresh:
+            typer.echo(f"drawn by --seed {drawn}", err=True)
+    if any(one.findings for one in found):
+        raise typer.Exit(1)
+
+
+@leaderboard_app.command()
+def build(folder: FolderOption = FOLDER, level: LevelOption = Level.REPLAYED) -> None:
+    """Verify every entry in a folder, then write its INDEX.json, its schema.json and a page of tables a suite."""
+    from hhrl_agents.atomic_files import write_atomically
+    from hhrl_bench.publishing.publication import INDEX, entry_paths, of_suite, write_index
+    from hhrl_bench.tables.markdown import markdown
+
+    announce_compiling()
+    found = [_verify_entry(path, level) for path in entry_paths(folder)]
+    _print_verified(found)
+    if any(one.findings for one in found):
+        raise typer.Exit(1)
+    index = write_index(folder, {one.path.name: one.level for one in found if one.level})
+    for suite in dict.fromkeys(entry.suite for entry in index.entries):
+        write_atomically(folder / f"{suite}.md", markdown(of_suite(folder, suite)))
+    typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)
+
+
+@leaderboard_app.command()
+def submit(
+    file: Annotated[Path, typer.Argument(help="A leaderboard that hhrl-bench run has written.", show_default=False)],
+    name: Annotated[str, typer.Option(help="What to call the entry.", show_default=False)],
+    folder: FolderOption = FOLDER,
+) -> None:
+    """Verify a run's leaderboard up to running its agents again, and put it among the published entries."""
+    from hhrl_bench.evaluation.store import Store
+    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.publishing.publication import require_submittable
+
+    announce_compiling()
+    board = entry.read(file)
+    require_submittable(board, name, folder)
+    found = _verify_entry(file, Level.RERUN)
+    _print_verified([found])
+    if found.findings:
+        typer.echo("hhrl-bench: nothing was submitted", err=True)
+        raise typer.Exit(1)
+    target = folder / f"{name}.json"
+    entry.publish(board, target, Store(file.parent))
+    typer.echo(f"wrote {target}; hhrl-bench leaderboard build --folder {folder} adds it to the index", err=True)
+
+
+@leaderboard_app.command()
+def schema() -> None:
+    """Print the JSON schema of leaderboard files."""
+    from hhrl_bench.leaderboard import entry
+
+    typer.echo(entry.schema(), nl=False)
+
+
+class _Verified(NamedTuple):
+    """What was found in a file of published entries, and how far it is verified; None where it is not, or no entry."""
+
+    path: Path
+    findings: "list[Finding]"
+    level: Level | None
+
+
+def _verify_entry(
+    path: Path, level: Level, sample: int | None = None, fresh: int | None = None, seed: int = 0
+) -> _Verified:
+    from hhrl_bench.errors import RecordError
+    from hhrl_bench.evaluation.store import Store
+    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.progress import progress
+    from hhrl_bench.publishing.publication import INDEX
+    from hhrl_bench.verification import verify as verification
+    from hhrl_bench.verification.fresh import check_fresh
+
+    if path.name == INDEX:
+        raise RecordError(f"{path} is the index of a folder of entries; verify the folder: {path.parent}")
+    board, store = entry.read(path), Store(path.parent)
+    with progress(f"verify {path.name}") as update:
+        found = list(verification.verify(board, store, level, update, sample, seed))
+        if fresh is not None and not found:
+            found += check_fresh(board, store, fresh, seed, update)
+    found += entry.respelt(path, board)
+    if found:
+        return _Verified(path, list(dict.fromkeys(found)), None)
+    own = [one for one in verification.checked_results(board, store) if not one.playable]
+    if own and (level == Level.RERUN or fresh is not None):
+        why = "they are a user's own code" if board.checkpoints_published else "their checkpoints are not published"
+        typer.echo(f"hhrl-bench: {path}: {len(own)} of {len(board.results)} results were not run: {why}", err=True)
+    return _Verified(path, [], level.at_most(Level.REPLAYED) if own else level)
+
+
+def _print_verified(found: Sequence[_Verified]) -> None:
+    for one in found:
+        for finding in one.findings:
+            typer.echo(f"{one.path}: {finding}")
+        if not one.findings:
+            typer.echo(f"{one.path}: {one.level or 'names every entry and file'}")

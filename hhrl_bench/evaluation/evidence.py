@@ -1,0 +1,107 @@
+"""Evidence: the file of a scored policy that holds its trace and, for every episode, the whole numbers it came to.
+
+It is a safetensors file, gzipped: nothing in it can execute code, and usual tools open it.
+"""
+
+import gzip
+import zlib
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from safetensors.numpy import load, save
+
+from hhrl_bench.errors import RecordError
+from hhrl_bench.evaluation.decisions import Trace
+from hhrl_bench.evaluation.episodes import TrafficRecords
+from hhrl_bench.evaluation.evaluate import Played
+from hhrl_bench.evaluation.records import RunRecord
+from hhrl_bench.evaluation.store import Store, read
+
+MAX_BYTES = 2**30
+"""No evidence is larger, once it is unpacked."""
+
+_INT8, _INT32 = np.dtype(np.int8), np.dtype(np.int32)
+
+
+class Evidence(NamedTuple):
+    """What is kept of N played episodes.
+
+    Attributes:
+        trace: every decision; it also says how many steps each episode has.
+        outcome, unsmooth: as in ``EpisodeRecords``, int8 and int32 [N].
+        outcomes, feasible: as in ``TrafficRecords``; int8 [N, 0] and [N] of -1 without it.
+    """
+
+    trace: Trace
+    outcome: NDArray[np.int8]
+    unsmooth: NDArray[np.int32]
+    outcomes: NDArray[np.int8]
+    feasible: NDArray[np.int8]
+
+
+def pack(played: Played) -> bytes:
+    """Return the file's content for played episodes; equal episodes give equal bytes."""
+    records = played.records
+    arrays = {**played.trace._asdict(), "outcome": records.outcome, "unsmooth": records.unsmooth}
+    if isinstance(records, TrafficRecords):
+        arrays |= {"outcomes": records.outcomes, "feasible": records.feasible.astype(np.int8)}
+    return gzip.compress(save({name: np.ascontiguousarray(array) for name, array in arrays.items()}), mtime=0)
+
+
+def unpack(data: bytes) -> Evidence:
+    """Return what a file's content says.
+
+    Raises:
+        RecordError: if it is damaged, too large, or not what ``pack`` writes.
+    """
+    arrays = _load(data)
+    episodes = len(_array(arrays, "steps", _INT32, 1))
+    trace = Trace(*(_array(arrays, name, kind, ndim) for name, kind, ndim in _TRACE))
+    outcome, unsmooth = _array(arrays, "outcome", _INT8, 1), _array(arrays, "unsmooth", _INT32, 1)
+    outcomes, feasible = np.empty((episodes, 0), np.int8), np.full(episodes, -1, np.int8)
+    if "outcomes" in arrays:
+        outcomes, feasible = _array(arrays, "outcomes", _INT8, 2), _array(arrays, "feasible", _INT8, 1)
+    _require({len(outcome), len(unsmooth), len(outcomes), len(feasible)} == {episodes}, "a number for every episode")
+    _require(episodes > 0 and int(trace.steps.min()) > 0, "a step in every episode")
+    _require(len(trace.options) == len(trace.actions) == trace.steps.sum(dtype=np.int64), "a decision for every step")
+    _require(trace.options.shape[1] > 0 and trace.actions.shape[1] > 0, "a vehicle")
+    return Evidence(trace, outcome, unsmooth, outcomes, feasible)
+
+
+def read_evidence(run: RunRecord, store: Store) -> Evidence:
+    """Return the evidence of a run whose files lie in a store.
+
+    Raises:
+        RecordError: if it is missing or damaged.
+    """
+    return unpack(read(store.evidence(str(run.evidence_sha256))))
+
+
+_TRACE = (("steps", _INT32, 1), ("options", _INT8, 2), ("actions", _INT8, 2))
+
+
+def _load(data: bytes) -> Mapping[str, NDArray[Any]]:
+    inflater = zlib.decompressobj(zlib.MAX_WBITS | 16)
+    try:
+        content = inflater.decompress(data, MAX_BYTES)
+        _require(inflater.eof and not inflater.unused_data, "one gzip stream of at most 1 GiB, to its end")
+        return dict(load(content))
+    except RecordError:
+        raise
+    except (zlib.error, SafetensorError, ValueError, KeyError, TypeError, MemoryError) as error:
+        raise RecordError(f"no evidence: {type(error).__name__} {error}") from error
+
+
+def _array(arrays: Mapping[str, NDArray[Any]], name: str, kind: np.dtype[Any], ndim: int) -> NDArray[Any]:
+    array = arrays.get(name)
+    _require(array is not None and array.dtype == kind and array.ndim == ndim, f"{name}, {kind} with {ndim} dimensions")
+    assert array is not None
+    return array
+
+
+def _require(holds: bool, rule: str) -> None:
+    if not holds:
+        raise RecordError(f"no evidence: it has to hold {rule}")

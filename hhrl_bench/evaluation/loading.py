@@ -1,0 +1,202 @@
+"""Agents by name: registered rules and methods, checkpoints, run directories and users' factories."""
+
+import contextlib
+import hashlib
+import importlib
+import inspect
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal
+
+from pydantic import ValidationError
+
+import hhrl_agents
+from hhrl_agents import METHODS, RULES, Agent
+from hhrl_bench.errors import AgentError
+from hhrl_bench.evaluation.guarded_agent import guarded
+from hhrl_bench.evaluation.records import TrainingRecord
+from hhrl_bench.schema import first_problem
+from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_envs import Scenario, get_scenario
+from hhrl_envs.errors import require
+
+SHIPPED = Path(hhrl_agents.__file__).parent / "trained"
+
+Kind = Literal["rule", "learned", "factory"]
+
+
+@dataclass(frozen=True)
+class LoadedAgent:
+    """An agent ready to play; a learned one with its checkpoint's sha256, path and training."""
+
+    kind: Kind
+    agent: Agent
+    sha256: str | None = None
+    training: TrainingRecord | None = None
+    path: Path | None = None
+
+
+def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
+    """Return the agent that ``source`` names, ready for ``task``; of several training seeds, the lowest.
+
+    Args:
+        source: a registered name, a checkpoint file, a run directory, or ``module:factory``.
+        task: a task or its id.
+
+    Raises:
+        InputError: in one line, where there is no such agent or it does not fit the task.
+    """
+    return load_agents(source, get_scenario(get_task(task).scenario))[0].agent
+
+
+def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
+    """Return what ``source`` names: one agent, or one for each training seed, lowest first; see :func:`load_agent`."""
+    name = str(source)
+    if name in RULES:
+        return [LoadedAgent("rule", RULES[name](scenario))]
+    if name in METHODS:
+        return _load_shipped(name, scenario)
+    path = Path(source)
+    if _holds(path.is_dir):
+        return _load_directory(path, scenario)
+    if _holds(path.is_file) and path.suffix != ".py":
+        return [_load_checkpoint(path, scenario)]
+    if ":" in name:
+        return [LoadedAgent("factory", _call_factory(name, scenario))]
+    if path.suffix == ".py":
+        raise AgentError(f"{name!r} is a file of Python; write module:factory, such as {path.stem}:make_agent")
+    raise AgentError(
+        f"unknown agent {name!r}{_likely(name)}; write a checkpoint file, a run directory, module:factory, or one of: "
+        + ", ".join([*RULES, *shipped_methods()])
+    )
+
+
+def _likely(name: str) -> str:
+    """Return the question whether a registered agent was meant whose name is nearly this one, if there is one."""
+    near = get_close_matches(name.replace("_", "-"), [*RULES, *shipped_methods()], n=1)
+    return f", did you mean {near[0]}" if near else ""
+
+
+def require_playable(sources: Sequence[str], task: Task) -> None:
+    """Return nothing; raises before anything is played for an agent that is named twice or does not load."""
+    twice = next((source for source in sources if sources.count(source) > 1), None)
+    if twice is not None:
+        raise AgentError(f"agent {twice!r} is named twice; name each agent once")
+    for source in sources[1:]:  # the first is loaded and played at once
+        load_agents(source, get_scenario(task.scenario))
+
+
+def _holds(check: Callable[[], bool]) -> bool:
+    try:
+        return check()
+    except OSError:  # a name that is too long for a file, or a folder that must not be looked into
+        return False
+
+
+def shipped_methods() -> dict[str, int]:
+    """Return how many trained seeds come with the package, for every method that has some."""
+    counts = {method: len(_checkpoints(SHIPPED / method)) for method in METHODS}
+    return {method: count for method, count in counts.items() if count}
+
+
+def _load_shipped(method: str, scenario: Scenario) -> list[LoadedAgent]:
+    if method not in shipped_methods():
+        raise AgentError(f"no trained {method} comes with the package; train it: hhrl-bench train {method}")
+    return _load_directory(SHIPPED / method, scenario)
+
+
+def _load_directory(folder: Path, scenario: Scenario) -> list[LoadedAgent]:
+    paths = _checkpoints(folder)
+    if not paths:
+        raise AgentError(f"{folder} holds no seed-<k>.safetensors; name a folder that hhrl-bench train has filled")
+    return [_load_checkpoint(path, scenario) for path in paths]
+
+
+def _checkpoints(folder: Path) -> list[Path]:
+    """Return the chosen checkpoints in a folder, lowest seed first."""
+    named = ((re.fullmatch(r"seed-([0-9]{1,9})\.safetensors", path.name), path) for path in folder.glob("seed-*"))
+    return [path for _, path in sorted((int(match[1]), path) for match, path in named if match)]
+
+
+def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
+    require("torch", "torch")
+    from hhrl_agents.policies import checkpoints  # noqa: PLC0415
+
+    agent = checkpoints.load(path)
+    _require_fit(agent.metadata, scenario, path)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return LoadedAgent("learned", agent, digest, training_record(agent.metadata, path), path)
+
+
+def training_record(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:
+    """Return what a checkpoint's metadata say of its training.
+
+    Raises:
+        AgentError: if that cannot be.
+    """
+    data = {name: metadata.get(name) for name in TrainingRecord.model_fields}
+    try:
+        return TrainingRecord.model_validate(data)
+    except ValidationError as error:
+        raise AgentError(f"{path} says of its training what cannot be: {first_problem(error)}") from error
+
+
+def _require_fit(metadata: Mapping[str, Any], scenario: Scenario, path: Path) -> None:
+    if metadata["interface_hash"] != scenario.interface_hash:
+        raise AgentError(
+            f"{path} sees or acts otherwise than {scenario.id} asks: its interface hash is "
+            f"{metadata['interface_hash']}, the scenario's {scenario.interface_hash}"
+        )
+    trained_in = scenario if metadata["scenario"] == scenario.id else get_scenario(metadata["scenario"])
+    if metadata["spec_hash"] != trained_in.spec_hash:
+        raise AgentError(
+            f"{path} was trained in another version of {trained_in.id}: its spec hash is {metadata['spec_hash']}, "
+            f"this version's {trained_in.spec_hash}; train it again"
+        )
+
+
+def _call_factory(name: str, scenario: Scenario) -> Agent:
+    module, _, factory = name.partition(":")
+    make = getattr(_import(module), factory, None)
+    if not callable(make):
+        raise AgentError(f"module {module!r} has no callable {factory!r}; write module:factory")
+    _require_arity(make, name, scenario)
+    agent = guarded(lambda: make(scenario), f"factory {name}, called with the scenario,")
+    if not isinstance(agent, Agent):
+        raise AgentError(f"{name} returned {type(agent).__name__}; return an agent: reset(mask) and act(observations)")
+    return agent
+
+
+def _require_arity(make: Callable[..., object], name: str, scenario: Scenario) -> None:
+    try:
+        inspect.signature(make).bind(scenario)
+    except ValueError:  # it does not say what it takes
+        return
+    except TypeError as error:
+        raise AgentError(
+            f"factory {name}{_place(make)} cannot be called with the scenario: {error}; let it take the scenario alone"
+        ) from error
+
+
+def _place(make: Callable[..., object]) -> str:
+    try:
+        return f" ({Path(inspect.getfile(make)).name}, line {inspect.getsourcelines(make)[1]})"
+    except (TypeError, OSError):  # neither a function nor a class, or without its source
+        return ""
+
+
+def _import(module: str) -> ModuleType:
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            return importlib.import_module(module)
+    except (Exception, SystemExit) as error:
+        hint = "write module:factory, the module as in an import statement; it is looked for in the current folder"
+        raise AgentError(f"cannot import {module!r}: {type(error).__name__}: {error}; {hint}") from error

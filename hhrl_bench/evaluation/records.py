@@ -1,0 +1,180 @@
+"""The published records: pydantic models that are the JSON schema of evaluations and leaderboards.
+
+Records are strict (no unknown key, no coerced type), frozen, and hold finite numbers or null. All that varies between
+two runs of a command (clock, machine, versions) stands in the ``provenance`` block; the rest is equal digit for digit.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hhrl_bench.provenance import ProvenanceRecord
+from hhrl_bench.schema import Count, Finite, Name, OptionName, OutcomeName, Positive, Rate, Record, Sha256, finite
+from hhrl_bench.statistics.intervals import Estimate, IntervalKind
+
+
+class MetricRecord(Record):
+    """A mean with its 95% interval; ``n`` counts episodes or seeds as ``interval`` says; null: the agent has none."""
+
+    mean: Finite | None
+    low: Finite | None
+    high: Finite | None
+    iqm: Finite | None
+    n: Positive
+    interval: IntervalKind
+
+
+def metric_record(estimate: Estimate) -> MetricRecord:
+    """Return the record of an estimate; what is not finite is null."""
+    numbers = {"mean": estimate.mean, "low": estimate.low, "high": estimate.high, "iqm": estimate.iqm}
+    return MetricRecord(**finite(numbers), n=estimate.n, interval=estimate.interval)
+
+
+class MetricsRecord(Record):
+    """The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.
+
+    ``impact_speed``, m/s, is that of the collisions; see :class:`hhrl_bench.evaluation.episodes.EpisodeRecords`.
+    """
+
+    return_task: MetricRecord
+    return_option: MetricRecord
+    return_action: MetricRecord
+    steps: MetricRecord
+    unsmooth: MetricRecord
+    unsafe: MetricRecord
+    collision: MetricRecord
+    not_stop: MetricRecord
+    timeout: MetricRecord
+    success: MetricRecord
+    impact_speed: MetricRecord
+    smallest_gap: MetricRecord
+    smallest_ttc: MetricRecord
+
+
+class RunMetricsRecord(Record):
+    """The means over the episodes of one run that have the number; null: none has."""
+
+    return_task: Finite
+    return_option: Finite | None
+    return_action: Finite | None
+    steps: Finite
+    unsmooth: Finite
+    unsafe: Finite
+    collision: Rate
+    not_stop: Rate
+    timeout: Rate
+    success: Rate
+    impact_speed: Finite | None
+    smallest_gap: Finite | None
+    smallest_ttc: Finite | None
+
+
+class TrainingRecord(Record):
+    """Where a checkpoint comes from: ``env_steps`` done when it was taken, of a budget of ``budget`` steps."""
+
+    seed: Count
+    method: Name
+    config_hash: Name
+    scenario: Name
+    spec_hash: Sha256
+    env_steps: Count
+    budget: Positive | None
+    command: Name | None
+
+
+class RunTrafficRecord(Record):
+    """Episodes of a run with learned front vehicles: the feasible ones, the successes among them, and every vehicle's.
+
+    ``vehicles`` counts how often the episode of a vehicle had each outcome, the ego first; infeasible ones count too.
+    """
+
+    feasible: Count
+    success_feasible: Count
+    vehicles: tuple[dict[OutcomeName, Count], ...]
+
+
+class TrafficRecord(Record):
+    """In a world with learned front vehicles: the share of feasible episodes, and that of successes among them."""
+
+    feasible: MetricRecord
+    success_feasible: MetricRecord
+
+
+class RunRecord(Record):
+    """One evaluated policy: the only one of a rule, or one training seed of a learned method.
+
+    ``evidence_sha256`` and ``checkpoint_sha256`` name files of the store beside the leaderboard; ``episodes_sha256`` is
+    the digest of the episodes' records.
+    """
+
+    checkpoint_sha256: Sha256 | None
+    training: TrainingRecord | None
+    evidence_sha256: Sha256 | None
+    episodes_sha256: Sha256
+    metrics: RunMetricsRecord
+    traffic: RunTrafficRecord | None = None
+
+
+class ResultRecord(Record):
+    """One agent on one task: its runs and what they come to; ``failed_seeds`` failed in training and have no run."""
+
+    agent: Name
+    kind: Literal["rule", "learned", "factory"]
+    task: Name
+    option: OptionName | None
+    runs: Annotated[tuple[RunRecord, ...], Field(min_length=1)]
+    failed_seeds: tuple[Count, ...] = ()
+    metrics: MetricsRecord
+    traffic: TrafficRecord | None = None
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The training seeds of the runs; none for agents that are not trained."""
+        return tuple(run.training.seed for run in self.runs if run.training)
+
+
+class TimedResult(Record):
+    """A result, and the seconds it took."""
+
+    result: ResultRecord
+    seconds: Annotated[float, Field(allow_inf_nan=False, ge=0.0)]
+
+
+class OpponentRecord(Record):
+    """The agent that drives the nearest front vehicle."""
+
+    agent: Name
+    checkpoint_sha256: Sha256 | None
+
+
+class TaskRecord(Record):
+    """A task as it was played: test episode i is the world of seed ``test_start + i``.
+
+    ``golden_digest`` is that of the scenario's trajectories, see
+    :mod:`hhrl_envs.simulation.trajectory_digest`; the worlds of training and validation begin at ``train_start`` and
+    ``validation_start``. ``shared``: one policy drove all vehicles, and success means that all have succeeded.
+    """
+
+    id: Name
+    scenario: Name
+    spec_hash: Sha256
+    interface_hash: Sha256
+    golden_digest: Sha256
+    env_steps: Positive
+    train_start: Count
+    validation_start: Count
+    test_start: Count
+    episodes: Positive
+    shared: bool = False
+    opponent: OpponentRecord | None = None
+
+
+class EvaluationRecord(Record):
+    """What ``hhrl-bench evaluate --json`` prints: every agent that was named, in the same worlds."""
+
+    schema_version: Literal[1]
+    confidence: Rate
+    bootstrap_seed: Count
+    task: TaskRecord
+    results: Annotated[tuple[ResultRecord, ...], Field(min_length=1)]
+    provenance: ProvenanceRecord

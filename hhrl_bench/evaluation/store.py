@@ -1,0 +1,71 @@
+"""A store: the evidence and the checkpoints of scored policies, each file named by its sha256.
+
+A name that is a hash cannot lead out of the folder, says whether the file is whole, and is the same wherever the same
+policy is published twice.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hhrl_agents.atomic_files import write_atomically
+from hhrl_bench.errors import RecordError
+from hhrl_bench.schema import sha256_of
+
+MAX_BYTES = 32 * 2**20
+"""No file of a store is larger."""
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """The store in a folder, which is made when something is added."""
+
+    folder: Path
+
+    def evidence(self, sha256: str) -> Path:
+        """Return the path of a policy's evidence; see :mod:`hhrl_bench.evaluation.evidence`."""
+        return self.folder / "evidence" / f"{sha256}.safetensors.gz"
+
+    def checkpoint(self, sha256: str) -> Path:
+        """Return the path of a checkpoint."""
+        return self.folder / "checkpoints" / f"{sha256}.safetensors"
+
+    def add_evidence(self, data: bytes) -> str:
+        """Return the sha256 under which the content is kept."""
+        return _add(self.evidence(sha256_of(data)), data)
+
+    def add_checkpoint(self, data: bytes) -> str:
+        """Return the sha256 under which the content is kept."""
+        return _add(self.checkpoint(sha256_of(data)), data)
+
+    def copy(self, path: Path) -> None:
+        """Return nothing; add a file of another store.
+
+        Raises:
+            RecordError: see :func:`read`.
+        """
+        _add(self.folder / path.parent.name / path.name, read(path))
+
+
+def read(path: Path) -> bytes:
+    """Return the content of a file of a store.
+
+    Raises:
+        RecordError: if there is none, it is larger than 32 MiB, or it is not what its name says.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise RecordError(f"cannot read {path}: {error.strerror}") from error
+    if len(data) > MAX_BYTES:
+        raise RecordError(f"{path} is larger than {MAX_BYTES // 2**20} MiB, which no file of a store is")
+    if sha256_of(data) != path.name.split(".")[0]:
+        raise RecordError(f"{path} has been changed: the sha256 of what it holds is {sha256_of(data)}")
+    return data
+
+
+def _add(path: Path, data: bytes) -> str:
+    if not path.exists() or path.read_bytes() != data:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, data)
+    return path.name.split(".")[0]

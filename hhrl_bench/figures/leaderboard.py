@@ -1,0 +1,65 @@
+"""The figures of a leaderboard file. Needs the ``report`` extra."""
+
+from itertools import groupby
+from pathlib import Path
+
+from hhrl_bench.evaluation.evidence import read_evidence
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.figures.episode import save_episode, typical_episode
+from hhrl_bench.figures.pareto import save_pareto
+from hhrl_bench.figures.style import save, style
+from hhrl_bench.figures.table_one import save_table_one
+from hhrl_bench.figures.training import save_training_curves, save_trainings
+from hhrl_bench.figures.transfers import draw_transfer_curves, draw_transfer_matrix
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.transfer.records import TransferSetRecord
+
+EXAMPLE = "hybrid-hrl"
+"""The agent whose typical episode is shown."""
+
+
+def save_leaderboard_figures(board: LeaderboardRecord, store: Store, folder: Path) -> list[Path]:
+    """Return the files written into the folder, SVG and PNG, which is made where there is none.
+
+    ``store`` has the files that the leaderboard names; there are no files if nothing in the leaderboard has a figure.
+
+    Raises:
+        RecordError: if a file of the store is missing or damaged.
+        OutputError: if a file cannot be written.
+    """
+    written = save_transfer_figures(board.transfer, folder) if board.transfer else _save_scores(board, folder)
+    if board.trainings:
+        written += [*save_training_curves(board.trainings, folder), *save_trainings(board.trainings, folder)]
+    return [*written, *_save_example(board, store, folder)]
+
+
+def _save_example(board: LeaderboardRecord, store: Store, folder: Path) -> list[Path]:
+    """Draw the typical episode of the lowest training seed of EXAMPLE, if its checkpoint is published."""
+    examples = [(result.task, run) for result in board.results if result.agent == EXAMPLE for run in result.runs]
+    for task, run in examples[:1]:
+        if run.checkpoint_sha256 and run.evidence_sha256 and board.checkpoints_published:
+            evidence = read_evidence(run, store)
+            episode = typical_episode(evidence.outcome, evidence.trace.steps)
+            return save_episode(store.checkpoint(run.checkpoint_sha256), task, episode, folder)
+    return []
+
+
+def _save_scores(board: LeaderboardRecord, folder: Path) -> list[Path]:
+    return [*save_table_one(board, folder), *save_pareto(board, folder)]
+
+
+def save_transfer_figures(record: TransferSetRecord, folder: Path) -> list[Path]:
+    """Return the files written, SVG and PNG: the curves of every method and source, and the matrix of every method.
+
+    Raises:
+        OutputError: if one cannot be written.
+    """
+    written: list[Path] = []
+    rows = sorted(record.rows, key=lambda row: row.group)
+    with style():
+        for method, own in groupby(rows, key=lambda row: row.method):
+            matrix = list(own)
+            for source, curves in groupby(matrix, key=lambda row: row.source):
+                written += save(draw_transfer_curves(list(curves)), folder, f"transfer-curves-{method}-{source}")
+            written += save(draw_transfer_matrix(matrix), folder, f"transfer-matrix-{method}")
+    return written

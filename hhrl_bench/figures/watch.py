@@ -1,0 +1,126 @@
+"""One test episode as a picture: a GIF that moves, or a PNG strip of key frames above speed and distance over time."""
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hhrl_agents import Agent
+from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
+from hhrl_bench.errors import RecordError, SeedError
+from hhrl_bench.evaluation.decisions import Trace, episode_of, recordings
+from hhrl_bench.evaluation.evaluate import BATCH_ROWS
+from hhrl_bench.evaluation.evidence import read_evidence
+from hhrl_bench.evaluation.rollout import Stage, evaluation_cast, evaluation_slots
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_envs import Option, Outcome, get_scenario
+from hhrl_envs.errors import require
+from hhrl_envs.rendering.moment import Moment, moment_of
+
+
+def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, option: Option | None = None) -> Outcome:
+    """Return how test episode ``episode`` of the task ends, having drawn it into the file ``out``.
+
+    Args:
+        agent: the agent to play; see :class:`hhrl_agents.Agent`.
+        task: a task or its id.
+        out: a ``.gif`` (every step, in real time) or a ``.png`` (a strip of key frames).
+        episode: which test episode, as :func:`hhrl_bench.evaluate` counts them.
+        option: hold this option fixed in place of the agent's own choice.
+
+    Raises:
+        InputError: in one line, for anything that cannot be played or written.
+    """
+    path = Path(out)
+    draw = artist(path)
+    require_writable(path)
+    moments = record(agent, get_task(task), episode, option)
+    write_atomically(path, draw(moments))
+    return moments[-1].outcome
+
+
+def record(agent: Agent, task: Task, episode: int, option: Option | None = None) -> list[Moment]:
+    """Return every moment of one test episode, from its start to its outcome, with the option selected there.
+
+    It is played in the batch that the evaluation plays it in, so that it is the same to the last bit.
+    """
+    if episode < 0:
+        raise SeedError(f"episode is {episode}; write the number of a test episode, 0 or more")
+    row = episode % BATCH_ROWS
+    stage = Stage(agent, get_scenario(task.scenario), BATCH_ROWS, option, evaluation_cast(task))
+    stage.begin(task.test.take(BATCH_ROWS, offset=episode - row))
+    return moments_of(stage, row)
+
+
+def moments_of(stage: Stage, row: int) -> list[Moment]:
+    """Return every moment of one row of a stage, on which all rows have just begun, until its outcome."""
+    simulator, ego = stage.simulator, row * len(stage.slots)
+    moments: list[Moment] = []
+    while (simulator.agent_outcomes[row] == Outcome.RUNNING).any():
+        decision = stage.decide()
+        moments.append(moment_of(simulator, row, int(decision.option[ego])))
+        stage.step(decision)
+    return [*moments, moment_of(simulator, row, int(decision.option[ego]))]
+
+
+def artist(path: Path) -> Callable[[Sequence[Moment]], bytes]:
+    """Return the function that draws what the suffix of ``path`` asks for."""
+    if path.suffix.lower() not in {".gif", ".png"}:
+        raise OutputError(f"cannot draw {path.name!r}; write a name that ends in .gif or .png")
+    require("pygame", extra="render")
+    require("PIL", extra="render")
+    from hhrl_bench.figures import filmstrip  # noqa: PLC0415  (the extra is needed only from here on)
+
+    return filmstrip.gif if path.suffix.lower() == ".gif" else filmstrip.png
+
+
+class Failure(NamedTuple):
+    """A test episode that did not succeed: of which training seed, None without one, and what was decided in it."""
+
+    seed: int | None
+    episode: int
+    trace: Trace
+
+    def name(self, out: Path) -> Path:
+        """Return the path of its film beside ``out``."""
+        seed = "" if self.seed is None else f"-seed-{self.seed}"
+        return out.with_stem(f"{out.stem}{seed}-episode-{self.episode}")
+
+
+def failures(board: LeaderboardRecord, store: Store, agent: str, task: str) -> Iterator[Failure]:
+    """Return the failures of an agent on a task, by training seed and episode.
+
+    Raises:
+        RecordError: if the entry has no such result, or its evidence is missing or damaged.
+    """
+    found = [result for result in board.results if (result.agent, result.task) == (agent, task)]
+    if not found:
+        known = ", ".join(f"{result.agent} on {result.task}" for result in board.results)
+        raise RecordError(f"the entry has no {agent} on {task}; it has {known}")
+    for run in found[0].runs:
+        evidence = read_evidence(run, store)
+        for episode in np.flatnonzero(evidence.outcome != Outcome.SUCCESS):
+            seed = run.training.seed if run.training else None
+            yield Failure(seed, int(episode), episode_of(evidence.trace, int(episode)))
+
+
+def film_failures(
+    board: LeaderboardRecord, store: Store, agent: str, task: str, count: int, out: Path
+) -> Iterator[tuple[Path, Outcome]]:
+    """Return the films of the first ``count`` failures as they are drawn, and how each ends; see ``failures``.
+
+    ``out`` is a ``.gif`` or a ``.png``; the films lie beside it, with the training seed and episode in their names.
+    """
+    draw, chosen = artist(out), get_task(task)
+    require_writable(out)
+    for failure in islice(failures(board, store, agent, task), count):
+        recording, cast = recordings(failure.trace, evaluation_slots(chosen))
+        stage = Stage(recording, get_scenario(chosen.scenario), 1, cast=cast)
+        stage.begin(chosen.test.take(1, offset=failure.episode))
+        moments = moments_of(stage, 0)
+        write_atomically(failure.name(out), draw(moments))
+        yield failure.name(out), moments[-1].outcome

@@ -1,0 +1,142 @@
+"""Leaderboards: results built into one record, written whole, and read back strictly."""
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
+from pathlib import Path
+
+from pydantic import ValidationError
+from pydantic.json_schema import GenerateJsonSchema
+
+from hhrl_agents.atomic_files import write_atomically
+from hhrl_bench.errors import RecordError
+from hhrl_bench.evaluation.records import TaskRecord, TimedResult
+from hhrl_bench.evaluation.results import wall_seconds
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.derived import derived
+from hhrl_bench.leaderboard.findings import Finding
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.provenance import provenance
+from hhrl_bench.schema import SCHEMA_VERSION, first_problem
+from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
+from hhrl_bench.training.records import TrainingOutcomesRecord
+from hhrl_bench.transfer.records import TransferSetRecord
+
+MAX_BYTES = 16 * 2**20
+_NUMBERS = re.compile(r'\[\n[^][{}"]*\]')  # a list of them over several lines; no text holds a line end
+
+
+def build(
+    suite: str,
+    tasks: Sequence[TaskRecord],
+    results: Sequence[TimedResult],
+    command: str,
+    store: Store,
+    transfer: TransferSetRecord | None = None,
+    trainings: Sequence[TrainingOutcomesRecord] = (),
+    executor: str = "local",
+) -> LeaderboardRecord:
+    """Return the leaderboard of finished units, made by ``command``, whose evidence and checkpoints lie in a store.
+
+    The checkpoints of transfers, which are many, are not to be published.
+    """
+    runs = [timed.result for timed in results]
+    return LeaderboardRecord(
+        schema_version=SCHEMA_VERSION,
+        suite=suite,
+        confidence=CONFIDENCE,
+        bootstrap_seed=BOOTSTRAP_SEED,
+        tasks=tuple(tasks),
+        results=tuple(runs),
+        checkpoints_published=transfer is None,
+        **derived(runs, trainings, store, checkpoints=transfer is None),
+        transfer=transfer,
+        trainings=tuple(trainings),
+        provenance=provenance(command, wall_seconds(results), executor),
+    )
+
+
+def write(leaderboard: LeaderboardRecord, path: Path) -> bool:
+    """Return whether the leaderboard was written as JSON, whole or not at all.
+
+    A file that says the same but for its provenance is left as it is: what ran first stays on record, and repeating a
+    published run changes no file.
+    """
+    if _says(path, leaderboard):
+        return False
+    write_atomically(path, _text(leaderboard))
+    return True
+
+
+def publish(leaderboard: LeaderboardRecord, path: Path, source: Store) -> bool:
+    """Return what ``write`` does; the files that the leaderboard names are copied from a store to the one beside it.
+
+    Raises:
+        RecordError: if one of them is missing or has been changed.
+    """
+    target = Store(path.parent)
+    for file in named_files(leaderboard, source):
+        target.copy(file)
+    return write(leaderboard, path)
+
+
+def named_files(leaderboard: LeaderboardRecord, store: Store) -> Iterator[Path]:
+    """Return the files of a store that a leaderboard names."""
+    for result in leaderboard.results:
+        for run in result.runs:
+            if run.evidence_sha256:
+                yield store.evidence(run.evidence_sha256)
+            if run.checkpoint_sha256 and leaderboard.checkpoints_published:
+                yield store.checkpoint(run.checkpoint_sha256)
+
+
+def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
+    """Return the first line of a file that is not as ``write`` spells the leaderboard that was read from it.
+
+    It may hold digits beyond what a number can have, or a name twice, of which only the last counts.
+    """
+    lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), _text(leaderboard).split("\n"), fillvalue="")
+    for number, (line, ours) in enumerate(lines, start=1):
+        if line != ours:
+            said = f"{line.strip()[:60]!r} is not how hhrl-bench run spells it, which is {ours.strip()[:60]!r}"
+            yield Finding(f"line {number}", said)
+            return
+
+
+def _text(leaderboard: LeaderboardRecord) -> str:
+    """Return the file's content, a list of numbers on a line: half of the bytes of one number on each."""
+    spread = leaderboard.model_dump_json(indent=2)
+    return _NUMBERS.sub(lambda numbers: "".join(numbers[0].split()).replace(",", ", "), spread) + "\n"
+
+
+def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:
+    try:
+        return read(path).model_copy(update={"provenance": leaderboard.provenance}) == leaderboard
+    except RecordError:
+        return False
+
+
+def schema() -> str:
+    """Return the JSON schema of leaderboards (draft 2020-12), as text."""
+    told = {"$schema": GenerateJsonSchema.schema_dialect, **LeaderboardRecord.model_json_schema()}
+    return json.dumps(told, indent=2) + "\n"
+
+
+def read(path: Path) -> LeaderboardRecord:
+    """Return the leaderboard in a file.
+
+    Raises:
+        RecordError: in one line, if there is none, it is larger than 16 MiB, or not a valid record.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise RecordError(f"cannot read {path}: {error.strerror}; hhrl-bench run writes one") from error
+    if len(data) > MAX_BYTES:
+        raise RecordError(f"{path} is larger than {MAX_BYTES // 2**20} MiB, which no leaderboard is")
+    try:
+        return LeaderboardRecord.model_validate_json(data)
+    except ValidationError as error:
+        raise RecordError(f"{path} is no leaderboard: {first_problem(error)}") from error

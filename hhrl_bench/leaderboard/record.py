@@ -1,0 +1,100 @@
+"""The record of a leaderboard file."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, JsonValue, ValidationError, model_validator
+
+from hhrl_bench.errors import RecordError
+from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
+from hhrl_bench.leaderboard.comparisons import PairwiseRecord, against
+from hhrl_bench.leaderboard.efficiency import EfficiencyRecord
+from hhrl_bench.provenance import ProvenanceRecord
+from hhrl_bench.schema import Count, Name, Rate, Record, Sha256, first_problem
+from hhrl_bench.training.records import TrainingOutcomesRecord
+from hhrl_bench.transfer.records import TransferSetRecord
+
+
+class MethodRecord(Record):
+    """A method: all of its settings, and their hash."""
+
+    id: Name
+    config_hash: Name
+    config: dict[str, JsonValue]
+
+
+class LeaderboardRecord(Record):
+    """What ``hhrl-bench run`` and ``transfer`` write: agents on tasks; of a transfer, what every arm comes to.
+
+    A result of an arm has the method and the arm as its agent. ``methods``: those that runs were trained by.
+    ``checkpoints_published``: whether the checkpoints lie beside the file; if not, the command trains them again.
+    ``comparisons``: of the success of every two agents on a task. ``trainings``: how the episodes of trainings ended;
+    ``efficiency``: the env steps that each of them needs; ``trainings_sha256``: their digests, as nothing else in the
+    entry could tell whether a number of a curve has been changed.
+    """
+
+    schema_version: Literal[1]
+    suite: Name
+    confidence: Rate
+    bootstrap_seed: Count
+    tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1)]
+    results: tuple[ResultRecord, ...]
+    checkpoints_published: bool = True
+    methods: tuple[MethodRecord, ...] = ()
+    comparisons: tuple[PairwiseRecord, ...] = ()
+    transfer: TransferSetRecord | None = None
+    trainings: tuple[TrainingOutcomesRecord, ...] = ()
+    trainings_sha256: tuple[Sha256, ...] = ()
+    efficiency: tuple[EfficiencyRecord, ...] = ()
+    provenance: ProvenanceRecord
+
+    def on(self, task: TaskRecord) -> list[ResultRecord]:
+        """Return the results on a task, in their order."""
+        return [result for result in self.results if result.task == task.id]
+
+    @model_validator(mode="after")
+    def _all_are_of_known_tasks_and_unique(self) -> Self:
+        ids = [task.id for task in self.tasks]
+        if len(set(ids)) < len(ids):
+            raise ValueError(f"the tasks {', '.join(ids)} name one twice; keep one")
+        self._require("result", [(result.agent, result.task) for result in self.results])
+        self._require("training", [(training.method, training.task) for training in self.trainings])
+        return self
+
+    def _require(self, what: str, names: Sequence[tuple[str, str]]) -> None:
+        known = {task.id for task in self.tasks}
+        for agent, task in names:
+            if task not in known:
+                raise ValueError(f"{agent} has a {what} on {task}, which is not among the tasks")
+            if names.count((agent, task)) > 1:
+                raise ValueError(f"{agent} has two {what}s on {task}; keep one")
+
+
+def method_records(metadata: Iterable[Mapping[str, Any]]) -> tuple[MethodRecord, ...]:
+    """Return the methods that checkpoints with these metadata were trained by, each once, in their order.
+
+    Raises:
+        RecordError: if the metadata do not say so.
+    """
+    return tuple({record.config_hash: record for record in map(_record, metadata)}.values())
+
+
+def _record(metadata: Mapping[str, Any]) -> MethodRecord:
+    given = {"id": metadata.get("method"), **{key: metadata.get(key) for key in ("config_hash", "config")}}
+    try:
+        return MethodRecord.model_validate(given)
+    except ValidationError as error:
+        raise RecordError(f"a checkpoint says of its method what cannot be: {first_problem(error)}") from error
+
+
+def success(result: ResultRecord) -> float:
+    """Return how often a result succeeds, from 0 to 1."""
+    return result.metrics.success.mean or 0.0
+
+
+def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[PairwiseRecord]:
+    """Return the comparison of every other agent to the most successful one of a task, in the order of the results."""
+    results = board.on(task)
+    if not results:
+        return []
+    return against(max(results, key=success).agent, [one for one in board.comparisons if one.task == task.id])

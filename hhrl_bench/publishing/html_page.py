@@ -1,0 +1,113 @@
+"""A leaderboard as one HTML page that needs nothing else: tables, figures, settings, provenance.
+
+Needs the ``report`` extra. The page loads nothing and runs nothing; equal leaderboards give equal bytes.
+"""
+
+import json
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from hhrl_bench.evaluation.records import TaskRecord
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.figures.leaderboard import save_leaderboard_figures
+from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
+from hhrl_bench.tables import comparisons, efficiency, success, trainings, transfers, worst_cases
+from hhrl_bench.tables import results as results_module
+from hhrl_bench.tables.sheet import Sheet
+from hhrl_bench.tables.success import spans_tasks
+from hhrl_bench.tasks.seeds import format_seeds
+from hhrl_bench.text import NONE
+
+LARGEST_SVG = 90_000
+"""Bytes; a figure whose SVG has more is shown as a PNG."""
+
+
+class Figure(NamedTuple):
+    """A picture: its name, and a data URI that holds it."""
+
+    name: str
+    uri: str
+
+
+class TaskSection(NamedTuple):
+    """What stands on the page of a task: its tables, and every training seed."""
+
+    task: TaskRecord
+    sheets: tuple[Sheet, ...]
+    runs: Sheet
+
+
+def html(board: LeaderboardRecord, store: Store) -> str:
+    """Return the page of a leaderboard, whose files lie in a store.
+
+    Raises:
+        RecordError: if one of the files that figures are drawn from is missing or damaged.
+    """
+    environment = Environment(
+        loader=PackageLoader("hhrl_bench"),
+        autoescape=True,  # names of agents and tasks are anybody's
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html").render(
+        board=board,
+        dash=NONE,
+        agents=list(dict.fromkeys(result.agent for result in board.results)),
+        seeds=_seeds(board),
+        overview=success.overview_sheet(board.tasks, [board]) if spans_tasks(board) else None,
+        sections=[_section(board, task) for task in board.tasks],
+        learning=list(_learning(board)),
+        figures=_figures(board, store),
+        settings=[(method, list(_flat(method.config))) for method in board.methods],
+    )
+
+
+def _section(board: LeaderboardRecord, task: TaskRecord) -> TaskSection:
+    results, compared = board.on(task), compared_to_best(board, task)
+    shown = [results_module.results_sheet(task, results), worst_cases.details_sheet(task, results)]
+    shown += [comparisons.comparison_sheet(compared)] if compared else []
+    return TaskSection(task, tuple(shown), results_module.runs_sheet(results))
+
+
+def _learning(board: LeaderboardRecord) -> Iterator[Sheet]:
+    """Yield the tables of what learning took and what it is worth elsewhere."""
+    if board.efficiency:
+        yield efficiency.efficiency_sheet(board.efficiency)
+    if board.trainings:
+        yield trainings.trainings_sheet(board.trainings)
+    if board.transfer:
+        yield from transfers.transfer_sheets(board.transfer.rows)
+
+
+def _seeds(board: LeaderboardRecord) -> list[str]:
+    """Return the training seeds of the results, each set of them once."""
+    return list(dict.fromkeys(format_seeds(result.seeds) for result in board.results if result.seeds))
+
+
+def _figures(board: LeaderboardRecord, store: Store) -> list[Figure]:
+    """Return the figures of a leaderboard; none if it has nothing to draw."""
+    with TemporaryDirectory() as folder:
+        written = save_leaderboard_figures(board, store, Path(folder))
+        return [_figure(path) for path in written if path.suffix == ".svg"]
+
+
+def _figure(path: Path) -> Figure:
+    vector = path.read_bytes()
+    small = len(vector) <= LARGEST_SVG
+    kind, content = ("svg+xml", vector) if small else ("png", path.with_suffix(".png").read_bytes())
+    return Figure(path.stem.replace("-", " "), f"data:image/{kind};base64,{b64encode(content).decode()}")
+
+
+def _flat(config: Mapping[str, Any], under: str = "") -> Iterator[tuple[str, str]]:
+    """Yield every setting, by its path, as JSON."""
+    for key, value in config.items():
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, f"{under}{key}.")
+        else:
+            yield f"{under}{key}", json.dumps(value, ensure_ascii=False)

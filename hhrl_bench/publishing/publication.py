@@ -1,0 +1,167 @@
+"""A folder of published entries: found, verified, indexed, and added to."""
+
+import re
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, StringConstraints, ValidationError
+
+import hhrl_bench
+from hhrl_agents.atomic_files import write_atomically
+from hhrl_bench.errors import RecordError
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard import entry as leaderboard
+from hhrl_bench.leaderboard.findings import Finding, differences
+from hhrl_bench.leaderboard.level import Level
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.schema import SCHEMA_VERSION, Name, Positive, Record, Sha256, first_problem, sha256_of
+from hhrl_bench.suites import suites
+
+INDEX, SCHEMA = "INDEX.json", "schema.json"
+NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,60}")
+
+
+def entry_paths(folder: Path) -> list[Path]:
+    """Return the paths of the entries in a folder, by name.
+
+    Raises:
+        RecordError: if it has none.
+    """
+    paths = sorted(path for path in folder.glob("*.json") if path.name not in {INDEX, SCHEMA})
+    if not paths:
+        raise RecordError(f"{folder} holds no entry; hhrl-bench run writes one")
+    return paths
+
+
+FileName = Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9-]{0,60}\.json$")]
+Day = Annotated[str, StringConstraints(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
+
+
+class VerifiedRecord(Record):
+    """How far an entry was verified, when, and by which version of this package."""
+
+    level: Level = Field(strict=False)
+    day: Day
+    package_version: Name
+
+
+class EntryRecord(Record):
+    """An entry: its file, what is in it, and how far it was verified. It is a submission if not named by its suite."""
+
+    file: FileName
+    sha256: Sha256
+    suite: Name
+    tasks: tuple[Name, ...]
+    agents: tuple[Name, ...]
+    results: Positive
+    verified: VerifiedRecord
+
+
+class IndexRecord(Record):
+    """All entries in a folder, by file name."""
+
+    schema_version: Literal[1]
+    entries: tuple[EntryRecord, ...]
+
+
+def write_index(folder: Path, levels: Mapping[str, Level]) -> IndexRecord:
+    """Return the index of a folder's entries, just verified up to these levels by their files; it is written.
+
+    So is the schema. An entry that is the same and was verified as far before keeps the day on which it was.
+    """
+    before = {entry.file: entry for entry in _read_index(folder).entries} if (folder / INDEX).exists() else {}
+    entries = [_entry(path, levels[path.name], before.get(path.name)) for path in entry_paths(folder)]
+    index = IndexRecord(schema_version=SCHEMA_VERSION, entries=tuple(entries))
+    write_atomically(folder / INDEX, index.model_dump_json(indent=2) + "\n")
+    write_atomically(folder / SCHEMA, leaderboard.schema())
+    return index
+
+
+def check_index(folder: Path) -> Iterator[Finding]:
+    """Return what of a folder is not as its index says, and the files of its store that no entry names.
+
+    Raises:
+        RecordError: if it has no index, or one that is none.
+    """
+    known = {entry.file: entry.sha256 for entry in _read_index(folder).entries}
+    found = {path.name: sha256_of(path.read_bytes()) for path in entry_paths(folder)}
+    yield from differences(INDEX, known, found)
+    store, boards = Store(folder), map(leaderboard.read, entry_paths(folder))
+    named = {path for board in boards for path in leaderboard.named_files(board, store)}
+    for path in sorted({*folder.glob("evidence/*"), *folder.glob("checkpoints/*")} - named):
+        yield Finding(str(path.relative_to(folder)), "no entry names this file")
+
+
+def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> None:
+    """Return nothing.
+
+    Raises:
+        RecordError: if the name is taken or none, or the entry is not what a run of its suite makes.
+    """
+    if not NAME.fullmatch(name) or name in suites.SUITES:
+        raise RecordError(
+            f"cannot call an entry {name!r}; write small letters, digits and hyphens, and no suite's name"
+        )
+    if (folder / f"{name}.json").exists():
+        raise RecordError(f"{folder} holds an entry {name} already; write another --name")
+    own = suites.get_suite(board.suite)
+    _require_equal("tasks", [task.id for task in board.tasks], list(own.tasks), own.id)
+    _require_equal("episodes", {task.episodes for task in board.tasks}, {own.episodes}, own.id)
+    scored = {(result.agent, result.task) for result in board.results}
+    agents = dict.fromkeys(result.agent for result in board.results)
+    missing = [f"{agent} on {task}" for agent in agents for task in own.tasks if (agent, task) not in scored]
+    if missing:
+        raise RecordError(f"the entry lacks {missing[0]}; every agent of an entry is scored on all tasks of its suite")
+    for other, known in (of_suite(folder, board.suite) if any(folder.glob("*.json")) else {}).items():
+        if _evidence(board) <= _evidence(known):
+            raise RecordError(f"the same episodes are in {folder}/{other}.json already; submit another agent's")
+
+
+def _evidence(board: LeaderboardRecord) -> set[str | None]:
+    return {run.evidence_sha256 for result in board.results for run in result.runs}
+
+
+def _require_equal(what: str, given: object, wanted: object, suite: str) -> None:
+    if given != wanted:
+        raise RecordError(f"the entry has other {what} than suite {suite}; hhrl-bench run --suite {suite} makes one")
+
+
+def _read_index(folder: Path) -> IndexRecord:
+    path = folder / INDEX
+    try:
+        return IndexRecord.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise RecordError(f"cannot read {path}: {error.strerror}; hhrl-bench leaderboard build writes it") from error
+    except ValidationError as error:
+        raise RecordError(f"{path} is no index: {first_problem(error)}") from error
+
+
+def _entry(path: Path, level: Level, before: EntryRecord | None) -> EntryRecord:
+    board, sha256 = leaderboard.read(path), sha256_of(path.read_bytes())
+    verified = VerifiedRecord(
+        level=level, day=datetime.now(UTC).date().isoformat(), package_version=hhrl_bench.__version__
+    )
+    if before and before.sha256 == sha256 and before.verified.level.includes(level):
+        verified = before.verified
+    return EntryRecord(
+        file=path.name,
+        sha256=sha256,
+        suite=board.suite,
+        tasks=tuple(task.id for task in board.tasks),
+        agents=_agents(board),
+        results=len(board.results),
+        verified=verified,
+    )
+
+
+def _agents(board: LeaderboardRecord) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(result.agent for result in board.results))
+
+
+def of_suite(folder: Path, suite: str) -> dict[str, LeaderboardRecord]:
+    """Return the entries of a suite in a folder by name, the published one first."""
+    boards = {path.stem: leaderboard.read(path) for path in entry_paths(folder)}
+    own = {name: board for name, board in boards.items() if board.suite == suite}
+    return dict(sorted(own.items(), key=lambda item: item[0] != suite))

@@ -1,0 +1,43 @@
+"""Names of agents and tasks, which may be paths or module:factory, made to fit into narrow columns and file names."""
+
+import re
+from hashlib import sha256
+
+WIDTH = 24
+"""Letters of a line, where there is room."""
+
+LONGEST = 100
+"""Letters of a file's name."""
+
+_PIECE = re.compile(r"[^-/:._ ]*[-/:._ ]?")
+
+
+def folded(name: str, width: int = WIDTH) -> str:
+    """Return a name in lines of at most ``width`` letters, broken behind punctuation; only longer pieces are cut."""
+    lines = [""]
+    for piece in _pieces(name, width):
+        if len((lines[-1] + piece).rstrip()) > width:
+            lines.append("")
+        lines[-1] += piece
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def indented(name: str) -> str:
+    """Return a name folded, every line below the heading of its group."""
+    return "\n".join(f"  {line}" for line in folded(name).splitlines())
+
+
+def file_name(name: str) -> str:
+    """Return a name that any folder can hold and that lies in no other; different names have different ones."""
+    plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)
+    if plain == name and len(name) <= LONGEST:
+        return plain
+    return f"{plain[-60:]}-{sha256(name.encode()).hexdigest()[:8]}"
+
+
+def _pieces(name: str, width: int) -> list[str]:
+    pieces = _PIECE.findall(" ".join(name.split()))
+    return [piece[start : start + width] for piece in pieces for start in range(0, len(piece), width)]
+
+
+NONE = "\N{EN DASH}"

@@ -1,0 +1,245 @@
+"""Training: a learner's reports, each seed's policy validated at every report, the best one kept."""
+
+import shlex
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from math import isnan, nan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hhrl_agents import METHODS
+from hhrl_agents.algorithms.make import make_learner, require_device
+from hhrl_agents.atomic_files import write_atomically
+from hhrl_agents.methods.method import Method
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_agents.training.learner import Progress
+from hhrl_agents.training.start import NOTHING
+from hhrl_bench.errors import AgentError
+from hhrl_bench.evaluation.evaluate import play
+from hhrl_bench.evaluation.metrics import means
+from hhrl_bench.evaluation.rollout import training_cast
+from hhrl_bench.provenance import provenance
+from hhrl_bench.schema import finite
+from hhrl_bench.tasks.seeds import UInt64Array, format_seeds
+from hhrl_bench.tasks.tasks import Task
+from hhrl_bench.torch_threads import one_torch_thread
+from hhrl_bench.training.run_directory import RunDirectory
+from hhrl_bench.training.saved_state import StateFile, TrainingState
+from hhrl_bench.training.seed_run import Row, SeedRun, find_fault
+from hhrl_bench.training.source import Reuse
+from hhrl_envs import Outcome, get_scenario
+from hhrl_envs.errors import require
+
+if TYPE_CHECKING:
+    from hhrl_bench.training.tensorboard import EventFiles
+
+VALIDATION_EPISODES = 256
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to train, for how many environment steps a seed, the run directory to fill, and where torch computes.
+
+    reuse: what the seeds begin with, if not from nothing.
+    """
+
+    method: Method
+    task: Task
+    seeds: tuple[int, ...]
+    env_steps: int
+    folder: Path
+    device: str = "cpu"
+    reuse: Reuse | None = None
+
+    def __post_init__(self) -> None:
+        """Reject a device that is not there."""
+        require_device(self.device)
+
+    @property
+    def command(self) -> str:
+        """The command that trains the same again."""
+        if self.reuse:
+            return self.reuse.command
+        words = ["hhrl-bench", "train", self.method.id, "--task", self.task.id, "--seeds", format_seeds(self.seeds)]
+        budget = [] if self.env_steps == self.task.env_steps else ["--env-steps", str(self.env_steps)]
+        device = [] if self.device == "cpu" else ["--device", self.device]
+        return shlex.join([*words, *budget, *device])
+
+    def config(self) -> dict[str, Any]:
+        """Return what all seeds of the run share, as JSON data."""
+        scenario = get_scenario(self.task.scenario)
+        return {
+            "method": asdict(self.method),
+            "config_hash": self.method.config_hash,
+            "task": self.task.id,
+            "scenario": scenario.id,
+            "spec_hash": scenario.spec_hash,
+            "env_steps": self.env_steps,
+            "device": self.device,
+            "validation_episodes": VALIDATION_EPISODES,
+            **({"transfer": self.reuse.config(self.seeds)} if self.reuse else {}),
+            **({} if self.task.ego is None else {"ego": self.task.ego}),
+        }
+
+
+def get_method(name: str) -> Method:
+    """Return the registered method of an id.
+
+    Raises:
+        AgentError: naming the known ids.
+    """
+    if name not in METHODS:
+        raise AgentError(f"unknown method {name!r}; write one of: {', '.join(METHODS)}")
+    return METHODS[name]
+
+
+class Report(NamedTuple):
+    """How far a training is: env steps done, and each seed's validation success rate, NaN where it has failed."""
+
+    env_steps: int
+    success: tuple[float, ...]
+
+    @property
+    def note(self) -> str:
+        """The success rates in words."""
+        return "validation success " + " ".join("failed" if isnan(rate) else f"{rate:.0%}" for rate in self.success)
+
+
+def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Iterator[Report]:
+    """Return, one after the other, the reports of a training; at its end the run directory holds the checkpoints.
+
+    resume: go on with a training that was stopped, to the same bits as without the stop; a finished one has no more
+    reports. tensorboard: write event files too.
+
+    Raises:
+        OutputError: before training begins, if the run directory cannot be written, holds other runs, or a state that
+            cannot be resumed.
+    """
+    directory = RunDirectory(plan.folder)
+    if tensorboard:
+        require("tensorboard", "tensorboard")
+    if resume and directory.finished(plan.seeds):
+        directory.require_config(plan.config())
+        return
+    with one_torch_thread():
+        training = _Training(plan, directory)  # what it lacks is said before anything is written
+        directory.prepare(plan.config(), plan.seeds, resume=resume)
+        yield from training.run(tensorboard=tensorboard)
+
+
+class _Training:
+    """A training under way: the learner, and what its reports have come to."""
+
+    def __init__(self, plan: Plan, directory: RunDirectory) -> None:
+        self._plan, self._directory = plan, directory
+        self._scenario = get_scenario(plan.task.scenario)
+        worlds, cast = _world_seeds(plan, plan.method.config.n_envs), training_cast(plan.task)
+        start = plan.reuse.start(plan.method, plan.seeds) if plan.reuse else NOTHING
+        self._learner = make_learner(plan.method, self._scenario, plan.seeds, worlds, plan.device, cast, start)
+        self._runs = [SeedRun(seed) for seed in plan.seeds]
+        self._state_path = directory.state(plan.seeds)
+        self._file = StateFile(self._state_path, plan.config())
+        self._started = time.perf_counter()
+        self._events: EventFiles | None = None
+
+    def run(self, *, tensorboard: bool) -> Iterator[Report]:
+        if self._state_path.exists():
+            self._resume()
+        self._file.save_if_due(self._state)
+        if tensorboard:
+            from hhrl_bench.training.tensorboard import EventFiles  # noqa: PLC0415
+
+            self._events = EventFiles(self._directory.folder, self._runs)
+        for progress in self._progress():
+            self._report(progress)
+            self._file.save_if_due(self._state)
+            yield Report(progress.env_steps, tuple(map(_success, self._runs)))
+            if all(run.failed for run in self._runs):
+                break
+        self._finish()
+
+    def _progress(self) -> Iterator[Progress]:
+        """Yield what there is to report: the policies that begin, then the learner's reports."""
+        if not self._runs[0].curve:
+            yield Progress(0, 0, {}, np.zeros((len(self._runs), len(Outcome)), np.int64))
+        yield from self._learner.train(self._plan.env_steps)
+
+    def _resume(self) -> None:
+        saved = self._file.load(self._plan.seeds)
+        self._started -= saved.seconds
+        if not saved.learner:
+            return
+        try:
+            self._learner.restore(saved.learner)
+        except (KeyError, TypeError, ValueError) as error:
+            raise self._file.refuse_learner(error) from error
+        self._runs = saved.runs
+
+    def _state(self) -> TrainingState:
+        return TrainingState(self._learner.state() or {}, self._runs, time.perf_counter() - self._started)
+
+    def _report(self, progress: Progress) -> None:
+        for index, (run, policy) in enumerate(zip(self._runs, self._learner.policies(), strict=True)):
+            if run.failed:
+                continue
+            losses = {level: float(losses[index]) for level, losses in progress.losses.items()}
+            finite_parameters = all(bool(value.isfinite().all()) for value in policy.parameters.values())
+            fault = find_fault(losses, finite_parameters, progress.updates > run.updates)
+            fault = fault or progress.diverged.get(index)
+            row = _row(progress, index, losses)
+            if fault:
+                run.fail({**row, "validation": None, "failed": fault})
+                self._directory.write_failure(run.seed, run.failure())
+            else:
+                self._keep(run, {**row, "validation": self._validate(policy)}, policy)
+            self._directory.write_curve(run.seed, run.curve)
+            if self._events:
+                self._events.add(run.seed, run.curve[-1])
+
+    def _validate(self, policy: LearnedAgent) -> dict[str, float | None]:
+        seeds, cast = self._plan.task.validation.take(VALIDATION_EPISODES), training_cast(self._plan.task)
+        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES, cast=cast).records))
+
+    def _keep(self, run: SeedRun, row: Row, policy: LearnedAgent) -> None:
+        if run.add(row):
+            self._save(self._directory.best(run.seed), policy, row)
+
+    def _save(self, path: Path, policy: LearnedAgent, row: Row) -> None:
+        plan = self._plan
+        metadata = {"command": plan.command, "budget": plan.env_steps or None, "validation": row["validation"]}
+        checkpoints.save(path, policy, metadata)
+
+    def _finish(self) -> None:
+        """Write the provenance and the last checkpoints; the state goes last, so that a kill loses nothing."""
+        plan, elapsed = self._plan, time.perf_counter() - self._started
+        record = provenance(plan.command, {f"{plan.task.id}/{plan.method.id}": elapsed})
+        write_atomically(self._directory.provenance(plan.seeds), record.model_dump_json(indent=2) + "\n")
+        for run, policy in zip(self._runs, self._learner.policies(), strict=True):
+            if not run.failed:
+                self._save(self._directory.final(run.seed), policy, run.curve[-1])
+        if self._events:
+            self._events.close()
+        self._state_path.unlink()
+
+
+def _world_seeds(plan: Plan, n_envs: int) -> UInt64Array:
+    """Return the training worlds [E, n_envs]: seed k has block k of the train range, whatever it is stacked with."""
+    return np.stack([plan.task.train.take(n_envs, offset=seed * n_envs) for seed in plan.seeds])
+
+
+def _row(progress: Progress, index: int, losses: Mapping[str, float]) -> dict[str, Any]:
+    counts = progress.outcome_counts[index]
+    return {
+        "env_steps": progress.env_steps,
+        "updates": progress.updates,
+        "losses": finite(losses),
+        "episodes": {outcome.name.lower(): int(counts[outcome]) for outcome in Outcome if counts[outcome]},
+    }
+
+
+def _success(run: SeedRun) -> float:
+    return nan if run.failed else float(run.curve[-1]["validation"]["success"])

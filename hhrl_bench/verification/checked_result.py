@@ -1,0 +1,203 @@
+"""One result of an entry, checked against the files it rests on."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hhrl_agents import METHODS, RULES
+from hhrl_bench import checkpoint_metadata
+from hhrl_bench.errors import AgentError, RecordError
+from hhrl_bench.evaluation import episodes
+from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
+from hhrl_bench.evaluation.evidence import Evidence, unpack
+from hhrl_bench.evaluation.guarded_agent import OPTIONS
+from hhrl_bench.evaluation.loading import Kind, training_record
+from hhrl_bench.evaluation.metrics import SCORED, Metric, means, over_episodes, summarise_runs
+from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TaskRecord
+from hhrl_bench.evaluation.results import result_record, run_record
+from hhrl_bench.evaluation.store import Store, read
+from hhrl_bench.leaderboard.findings import Finding, differences
+from hhrl_bench.schema import Record
+from hhrl_bench.tasks.seeds import UInt64Array
+from hhrl_bench.tasks.tasks import SCRIPTED, Task, get_task
+from hhrl_bench.verification.replay import replay
+
+_WHOLE = frozenset({"steps", "unsmooth"})
+
+
+def played_task(record: TaskRecord) -> Task:
+    """Return the task as a record says that it was played.
+
+    Raises:
+        RecordError: if the opponent does not come with the package: to load it might be to run anybody's code.
+    """
+    task, opponent = get_task(record.id), record.opponent.agent if record.opponent else SCRIPTED
+    if task.opponent is None:
+        return task
+    if opponent not in {SCRIPTED, *RULES, *METHODS}:
+        raise RecordError(f"the opponent {opponent!r} of {task.id} does not come with the package; play another one")
+    return task.against(opponent)
+
+
+@dataclass
+class CheckedResult:
+    """A result at ``place`` in an entry, whose files lie in ``store``; what was read of them is kept.
+
+    checkpoints: whether those lie there as well; evidence: of each run, None where it cannot be read.
+    """
+
+    place: str
+    result: ResultRecord
+    task_record: TaskRecord
+    store: Store
+    checkpoints: bool = True
+    evidence: list[Evidence | None] = field(default_factory=list)
+
+    @property
+    def task(self) -> Task:
+        """The task as it was played."""
+        return played_task(self.task_record)
+
+    @property
+    def seeds(self) -> UInt64Array:
+        """The worlds that were played."""
+        return self.task.test.take(self.task_record.episodes)
+
+    def recompute(self) -> Iterator[Finding]:
+        """Return what differs from the whole numbers of the evidence, from the checkpoints, and within the result."""
+        yield from differences(f"{self.place}.kind", self.result.kind, self.kind)
+        for place, run in self.runs():
+            try:
+                self.evidence.append(self._evidence(run))
+            except RecordError as error:
+                self.evidence.append(None)
+                yield Finding(f"{place}.evidence_sha256", str(error))
+            yield from self._check_training(place, run)
+        known = [_known(one, self.seeds) for one in self.evidence if one]
+        if len(known) < len(self.evidence):
+            return
+        for (place, run), records in zip(self.runs(), known, strict=True):
+            yield from _of_whole_numbers(f"{place}.metrics", run.metrics, means(records, SCORED))
+            yield from _differ(f"{place}.traffic", run.traffic, episodes.counts(records))
+        yield from self._check_metrics(known)
+        yield from _differ(f"{self.place}.traffic", self.result.traffic, episodes.summarise(known))
+        held = self.result.option
+        if held and any((one.trace.options != OPTIONS[held]).any() for one in self.evidence if one):
+            yield Finding(f"{self.place}.option", f"{held} is published, other options were selected")
+
+    def replay(self) -> Iterator[Finding]:
+        """Return what differs from what the stored decisions come to; the evidence has been read before."""
+        evidence = [one for one in self.evidence if one]
+        if len(evidence) < len(self.result.runs):
+            return
+        try:
+            played = replay(evidence, self.task, self.seeds)
+        except RecordError as error:
+            yield Finding(f"{self.place}.runs", str(error))
+            return
+        for (place, _), kept, records in zip(self.runs(), evidence, played, strict=True):
+            yield from _of_decisions(f"{place}.evidence_sha256", kept, records)
+        result = self.result
+        runs = [
+            run_record(run.checkpoint_sha256, run.training, records, run.evidence_sha256)
+            for run, records in zip(result.runs, played, strict=True)
+        ]
+        found = result_record(result.agent, result.kind, self.task, result.option, runs, played)
+        found = found.model_copy(update={"failed_seeds": result.failed_seeds})
+        yield from _differ(self.place, result, found)
+
+    @property
+    def playable(self) -> bool:
+        """Whether its agents can be run again: they are rules, or their checkpoints are there."""
+        return self.kind == "rule" or (self.kind == "learned" and self.checkpoints)
+
+    @property
+    def kind(self) -> Kind:
+        """What its agents are, whatever the entry calls them."""
+        if self.result.agent in RULES:
+            return "rule"
+        return "learned" if all(run.checkpoint_sha256 for run in self.result.runs) else "factory"
+
+    def runs(self) -> list[tuple[str, RunRecord]]:
+        """Return the runs with their places."""
+        return [(f"{self.place}.runs[{index}]", run) for index, run in enumerate(self.result.runs)]
+
+    def _evidence(self, run: RunRecord) -> Evidence:
+        if run.evidence_sha256 is None:
+            raise RecordError("no evidence is kept of this run")
+        path = self.store.evidence(run.evidence_sha256)
+        try:
+            evidence = unpack(read(path))
+        except RecordError as error:
+            raise RecordError(f"{path.name}: {error}") from error
+        if len(evidence.trace.steps) != self.task_record.episodes:
+            raise RecordError(f"{path.name} has {len(evidence.trace.steps)} episodes, not {self.task_record.episodes}")
+        return evidence
+
+    def _check_training(self, place: str, run: RunRecord) -> Iterator[Finding]:
+        if run.checkpoint_sha256 is None:
+            if run.training is not None:
+                yield Finding(f"{place}.training", "a run without a checkpoint says that it was trained")
+            return
+        if not self.checkpoints:
+            return
+        path = self.store.checkpoint(run.checkpoint_sha256)
+        try:
+            found = training_record(checkpoint_metadata.read(read(path)), path)
+        except (AgentError, RecordError) as error:
+            yield Finding(f"{place}.checkpoint_sha256", str(error))
+            return
+        yield from _differ(f"{place}.training", run.training, found)
+
+    def _check_metrics(self, known: Sequence[EpisodeRecords]) -> Iterator[Finding]:
+        place, metrics = f"{self.place}.metrics", self.result.metrics
+        if len(known) > 1:
+            yield from _differ(place, metrics, summarise_runs([run.metrics for run in self.result.runs]))
+            return
+        for metric in filter(_is_whole, SCORED):
+            found = over_episodes(metric, metric.values(known[0]))
+            yield from _differ(f"{place}.{metric.key}", getattr(metrics, metric.key), found)
+
+
+def _is_whole(metric: Metric) -> bool:
+    """Return whether an episode's value follows from the whole numbers of the evidence."""
+    return metric.is_rate or metric.key in _WHOLE
+
+
+def _known(evidence: Evidence, seeds: UInt64Array) -> EpisodeRecords:
+    """Return the records of an evidence's episodes; NaN is what has to be replayed."""
+    unknown = np.full(len(seeds), np.nan)
+    fields: dict[str, Any] = {metric.key: unknown for metric in SCORED if not metric.is_rate}
+    fields |= {"seed": seeds, "outcome": evidence.outcome, "steps": evidence.trace.steps, "unsmooth": evidence.unsmooth}
+    if not evidence.outcomes.size:
+        return EpisodeRecords(**fields)
+    return TrafficRecords(**fields, feasible=evidence.feasible == 1, outcomes=evidence.outcomes)
+
+
+def _of_decisions(place: str, kept: Evidence, records: EpisodeRecords) -> Iterator[Finding]:
+    """Yield which whole numbers of an evidence are not those of the episodes that its decisions come to."""
+    pairs: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {
+        "steps": (kept.trace.steps, records.steps),
+        "outcome": (kept.outcome, records.outcome),
+        "unsmooth": (kept.unsmooth, records.unsmooth),
+    }
+    if isinstance(records, TrafficRecords):
+        pairs |= {"outcomes": (kept.outcomes, records.outcomes), "feasible": (kept.feasible, records.feasible)}
+    for name, (ours, found) in pairs.items():
+        if not np.array_equal(ours, found):
+            yield Finding(place, f"the {name} in it are not what the decisions in it come to")
+
+
+def _of_whole_numbers(place: str, published: Record, found: dict[str, float]) -> Iterator[Finding]:
+    for metric in filter(_is_whole, SCORED):
+        yield from differences(f"{place}.{metric.key}", getattr(published, metric.key), found[metric.key])
+
+
+def _differ(place: str, published: Record | None, found: Record | None) -> Iterator[Finding]:
+    def plain(record: Record | None) -> Any:
+        return record.model_dump() if record else None
+
+    return differences(place, plain(published), plain(found))

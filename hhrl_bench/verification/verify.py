@@ -1,0 +1,104 @@
+"""Verification of an entry: what it says, computed again from what it rests on, level by level, offline."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from hhrl_bench.errors import UnknownTaskError
+from hhrl_bench.evaluation.results import task_record
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.derived import derived
+from hhrl_bench.leaderboard.findings import Finding, differences
+from hhrl_bench.leaderboard.level import Level
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.progress import Update, silent
+from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
+from hhrl_bench.transfer.summary import recompute
+from hhrl_bench.verification.checked_result import CheckedResult, played_task
+from hhrl_bench.verification.rerun import rerun
+from hhrl_envs.errors import InputError
+
+
+def verify(
+    board: LeaderboardRecord,
+    store: Store,
+    level: Level,
+    update: Update = silent,
+    sample: int | None = None,
+    seed: int = 0,
+) -> Iterator[Finding]:
+    """Return what does not hold in an entry, whose files lie in ``store``; nothing if it is verified up to ``level``.
+
+    ``update`` hears how many results are done. Of the results, ``sample`` are run again, drawn by ``seed``; or all.
+    """
+    try:
+        yield from _check_version(board)
+    except UnknownTaskError as error:
+        yield Finding("tasks", str(error))
+        return
+    if level == Level.SCHEMA:
+        return
+    results = checked_results(board, store)
+    count = len(results) if sample is None else min(sample, len(results))
+    again = np.random.default_rng(seed).permutation(len(results))[:count] if level.includes(Level.RERUN) else ()
+    for index, result in enumerate(results):
+        yield from result.recompute()
+        if level.includes(Level.REPLAYED):
+            yield from result.replay()
+        if index in again:
+            yield from rerun(result)
+        update(index + 1, len(results), f"{result.result.agent} on {result.result.task}")
+    yield from _check_derived(board, store)
+
+
+def checked_results(board: LeaderboardRecord, store: Store) -> list[CheckedResult]:
+    """Return the results of an entry, to be checked against the files in a store."""
+    tasks = {task.id: task for task in board.tasks}
+    return [
+        CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
+        for index, result in enumerate(board.results)
+    ]
+
+
+def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:
+    yield from differences("confidence", board.confidence, CONFIDENCE)
+    yield from differences("bootstrap_seed", board.bootstrap_seed, BOOTSTRAP_SEED)
+    for index, task in enumerate(board.tasks):
+        found = task_record(played_task(task), task.episodes)
+        yield from differences(f"tasks[{index}]", task.model_dump(), found.model_dump())
+    yield from differences("checkpoints_published", board.checkpoints_published, board.transfer is None)
+    if board.transfer:
+        yield from differences("transfer.bootstrap_seed", board.transfer.bootstrap_seed, BOOTSTRAP_SEED)
+    yield from _check_failed(board)
+
+
+def _check_failed(board: LeaderboardRecord) -> Iterator[Finding]:
+    """Yield the results that have other seeds, with those that failed, than their learning curves."""
+    curves = {(one.method, one.task): one.seeds for one in board.trainings}
+    if board.transfer:
+        curves |= {(f"{row.method} {row.arm}", row.target): row.seeds for row in board.transfer.rows}
+    for index, result in enumerate(board.results):
+        if seeds := curves.get((result.agent, result.task)):
+            failed = tuple(seed for seed in seeds if seed not in result.seeds)
+            yield from differences(f"results[{index}].failed_seeds", result.failed_seeds, failed)
+
+
+def _check_derived(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
+    published = board.checkpoints_published
+    yield from _check_again(
+        "results, trainings", board, lambda: derived(board.results, board.trainings, store, checkpoints=published)
+    )
+    if transfer := board.transfer:
+        yield from _check_again("transfer", board, lambda: {"transfer": recompute(transfer)})
+
+
+def _check_again(place: str, board: LeaderboardRecord, compute: Callable[[], dict[str, Any]]) -> Iterator[Finding]:
+    """Yield in which fields, computed again from what stands at ``place``, a leaderboard differs."""
+    try:
+        found = compute()
+    except InputError as error:
+        yield Finding(place, f"what follows from them cannot be computed: {error}")
+        return
+    again = board.model_copy(update=found).model_dump(include=set(found))
+    yield from differences("", board.model_dump(include=set(found)), again)
