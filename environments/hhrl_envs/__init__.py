@@ -4,16 +4,17 @@ from types import ModuleType
 
 from hhrl_envs import observation
 from hhrl_envs.errors import InputError, UnknownScenarioError
-from hhrl_envs.scenario.enums import Goal, Option, Outcome
 from hhrl_envs.scenario.profiles import ProfileFamily
 from hhrl_envs.scenario.registry import SCENARIOS, get_scenario
-from hhrl_envs.scenario.scenario import Adversary, Band, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
+from hhrl_envs.scenario.scenario import Adversary, Band, Goal, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
 from hhrl_envs.simulation.simulator import Simulator
+from hhrl_envs.sub_goals import SUB_GOALS, Option, Outcome, SubGoal
 from hhrl_envs.views.triad import register, triad
 from hhrl_envs.worlds import WORLDS
 
 __all__ = [
     "SCENARIOS",
+    "SUB_GOALS",
     "Adversary",
     "Band",
     "Goal",
@@ -27,6 +28,7 @@ __all__ = [
     "Sensor",
     "Signal",
     "Simulator",
+    "SubGoal",
     "Traffic",
     "UnknownScenarioError",
     "Vehicle",

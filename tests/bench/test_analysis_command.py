@@ -104,7 +104,7 @@ def test_bad_usage_is_one_line_and_exit_code_2(arguments: tuple[str, ...], said:
 
 
 def test_what_cannot_be_written_is_refused_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_bench.cli.pictures.analyse", lambda *_: pytest.fail("analysed"))
+    monkeypatch.setattr("hhrl_bench.analysis.analyse.analyse", lambda *_: pytest.fail("analysed"))
     file = tmp_path / "file"
     file.write_text("before")
     result = invoke("analyse", "rule-1", "--out", str(file))

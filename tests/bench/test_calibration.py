@@ -8,9 +8,9 @@ import pytest
 from hhrl_agents import RULES
 from hhrl_bench.calibration import fit as calibration
 from hhrl_bench.calibration import residuals, space, target
+from hhrl_bench.calibration.calibrate import PAGE, PARAMETERS, RESIDUALS
 from hhrl_bench.calibration.fit import Fit, fit, score
 from hhrl_bench.calibration.residuals import ParametersRecord, ResidualsRecord
-from hhrl_bench.cli.paper import PAGE, PARAMETERS, RESIDUALS
 from hhrl_bench.evaluation.evaluate import play
 from hhrl_bench.evaluation.metrics import means
 from hhrl_bench.tasks.tasks import TEST, VALIDATION
@@ -117,7 +117,7 @@ def test_check_scores_the_registered_scenario_and_writes_both_files(tmp_path: Pa
 
 def test_check_exits_1_where_a_bar_does_not_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mild = replace(get_scenario("solo-stop-v0"), id=space.SCENARIO_ID)
-    monkeypatch.setattr("hhrl_bench.cli.paper.get_scenario", lambda _: mild)
+    monkeypatch.setattr("hhrl_bench.calibration.calibrate.get_scenario", lambda _: mild)
     result = invoke("calibrate", "--check", "--episodes", "20", "--out", str(tmp_path))
     assert result.exit_code == 1
     assert "| rule-2 | collision | 89.0% | 0.0% | -89.0% | 81.4% to 93.7% | no |" in result.stdout

@@ -106,7 +106,7 @@ def test_several_agents_share_one_record_and_one_table() -> None:
 
 
 def test_an_agent_that_does_not_load_is_said_before_the_others_play(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_bench.cli.agents.evaluate_agent", lambda *_: pytest.fail("played"))
+    monkeypatch.setattr("hhrl_bench.evaluation.results.evaluate_agent", lambda *_: pytest.fail("played"))
     assert "unknown agent 'rule-9'" in refused("evaluate", "rule-1", "rule-9")
 
 
@@ -273,7 +273,7 @@ def test_output_below_a_file_is_refused_before_the_work(tmp_path: Path, monkeypa
 
 
 def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_bench.cli.agents.evaluate_agent", lambda *_: 1 // 0)
+    monkeypatch.setattr("hhrl_bench.evaluation.results.evaluate_agent", lambda *_: 1 // 0)
     assert isinstance(invoke("evaluate", "rule-1").exception, ZeroDivisionError)
 
 
@@ -329,11 +329,11 @@ def test_what_needs_torch_says_which_extra_to_install(tmp_path: Path, arguments:
 
 HELP_IMPORTS = """
 import sys
-from hhrl_bench.cli import app
+from hhrl_bench.cli.app import app
 try:
     app(["--help"])
 except SystemExit:
-    print(sorted({"torch", "numba", "scipy", "pydantic"} & set(sys.modules)), file=sys.stderr)
+    print(sorted({"torch", "numba", "numpy", "scipy", "pydantic"} & set(sys.modules)), file=sys.stderr)
 """
 
 
@@ -345,7 +345,7 @@ def test_an_interrupt_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> No
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hhrl_bench.cli.agents.list_registered", interrupted)
+    monkeypatch.setattr("hhrl_bench.evaluation.loading.shipped_methods", interrupted)
     result = invoke("list", "agents")
     assert result.exit_code == 130
     assert result.stderr.strip() == "hhrl-bench: interrupted; what was not finished was not written"

@@ -5,7 +5,7 @@ import sys
 
 KERNEL = """
 import numba
-from hhrl_bench.compiling import announce_compiling
+from hhrl_bench.cli.console import announce_compiling
 announce_compiling()
 announce_compiling()
 

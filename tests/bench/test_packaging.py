@@ -74,7 +74,7 @@ def test_the_wheel_holds_every_file_of_a_package(package: str, installed: Path) 
 
 def test_the_wheel_alone_lists_its_trained_agents(installed: Path, tmp_path: Path) -> None:
     alone = {**os.environ, "PYTHONPATH": str(installed)}
-    code = "import hhrl_agents, hhrl_bench.cli.app; print(hhrl_agents.__file__); hhrl_bench.cli.app.main()"
+    code = "import hhrl_agents, hhrl_bench.cli; print(hhrl_agents.__file__); hhrl_bench.cli.main()"
     command = [sys.executable, "-c", code, "list", "agents", "--json"]
     printed = subprocess.run(command, env=alone, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     place, _, listed = printed.partition("\n")

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from hhrl_bench.cli.app import main
+from hhrl_bench.cli import main
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.training import train as training
 from support import configs

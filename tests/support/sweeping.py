@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hhrl_bench.cli.app import main
+from hhrl_bench.cli import main
 from hhrl_bench.suites import suites
 from hhrl_bench.suites.suites import TrainingSuite
 from hhrl_bench.suites.units import Training

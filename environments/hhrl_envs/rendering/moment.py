@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_envs.scenario.enums import Option, Outcome
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.engine.layout import FAR
 from hhrl_envs.simulation.simulator import Simulator
+from hhrl_envs.sub_goals import Option, Outcome
 
 
 @dataclass(frozen=True)

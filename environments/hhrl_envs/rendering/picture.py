@@ -20,7 +20,8 @@ from hhrl_envs.rendering.canvas import (
     mix,
 )
 from hhrl_envs.rendering.moment import Moment
-from hhrl_envs.scenario.enums import Goal, Option, Outcome
+from hhrl_envs.scenario.scenario import Goal
+from hhrl_envs.sub_goals import Option, Outcome
 
 WIDTH, HEIGHT, HEADER = 960, 240, 34
 ROAD_ROWS = slice(36, 160)

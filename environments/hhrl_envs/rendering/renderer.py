@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from hhrl_envs.errors import InputError, require
 from hhrl_envs.rendering.moment import moment_of
-from hhrl_envs.scenario.enums import Option
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.simulator import Simulator
+from hhrl_envs.sub_goals import Option
 
 if TYPE_CHECKING:
     from hhrl_envs.rendering.window import Window

@@ -8,12 +8,12 @@ ego starts at a negative position and drives towards it.
 import hashlib
 import json
 from dataclasses import asdict, dataclass
+from enum import IntEnum
 from math import ceil
 from operator import methodcaller
 
 from hhrl_envs import observation
 from hhrl_envs.errors import InputError
-from hhrl_envs.scenario.enums import Goal, Option
 from hhrl_envs.scenario.profiles import ProfileFamily, Range
 from hhrl_envs.scenario.validation import (
     agree,
@@ -31,9 +31,21 @@ from hhrl_envs.scenario.validation import (
     shares,
     text,
 )
+from hhrl_envs.sub_goals import Option
 
 GRAVITY = 9.81  # m/s^2
 WALKING_PACE = 1.4  # m/s; the speed at which a feasible episode leaves time to reach the freed stop zone
+
+
+class Goal(IntEnum):
+    """What SUCCESS means: a stop at the last line, reaching the end of the route, or following until the horizon."""
+
+    STOP = 0
+    PASS = 1
+    FOLLOW = 2
+
+
+STOP, PASS, FOLLOW = (int(goal) for goal in Goal)
 
 
 @dataclass(frozen=True)

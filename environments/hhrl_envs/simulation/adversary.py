@@ -1,10 +1,10 @@
 """TODO."""
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.enums import COLLISION, FOILED, NOT_STOP, RUNNING, SUCCESS, TIMEOUT
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner
 from hhrl_envs.simulation.engine.layout import FAR
+from hhrl_envs.sub_goals import COLLISION, FOILED, NOT_STOP, RUNNING, SUCCESS, TIMEOUT
 
 
 @inner

@@ -3,9 +3,8 @@
 import numpy as np
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.enums import Goal
 from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
-from hhrl_envs.scenario.scenario import GRAVITY, Adversary, Scenario
+from hhrl_envs.scenario.scenario import GRAVITY, Adversary, Goal, Scenario
 from hhrl_envs.simulation.engine import layout
 from hhrl_envs.simulation.engine.layout import FAMILY_TABLE_WIDTH, SLOW_CHANCE, STYLE_SHARES, WEIGHT
 

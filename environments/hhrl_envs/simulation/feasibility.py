@@ -13,7 +13,7 @@ fully runs along with the episode, and the verdict is known when the ego's episo
 from math import sqrt
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.enums import FOLLOW, STOP
+from hhrl_envs.scenario.scenario import FOLLOW, STOP
 from hhrl_envs.simulation.dynamics import actuate, braking_distance, longest_braking
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, unsigned

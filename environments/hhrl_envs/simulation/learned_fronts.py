@@ -1,12 +1,13 @@
 """Learned front vehicles: driven by an agent until its episode ends, and by nobody or a script afterwards."""
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.enums import NOT_STOP, STOP, SUCCESS
+from hhrl_envs.scenario.scenario import STOP
 from hhrl_envs.simulation.dynamics import drive_agent
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, unsigned
 from hhrl_envs.simulation.engine.layout import DWELLING, LEAVING
 from hhrl_envs.simulation.traffic import HARDEST_DECEL, drive_slot
+from hhrl_envs.sub_goals import NOT_STOP, SUCCESS
 
 
 @inner

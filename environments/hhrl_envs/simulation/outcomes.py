@@ -1,9 +1,10 @@
 """How an episode ends: exclusive and exhaustive outcomes."""
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.enums import COLLISION, FOLLOW, NOT_STOP, PASS, REAR_ENDED, RUNNING, STOP, SUCCESS, TIMEOUT
+from hhrl_envs.scenario.scenario import FOLLOW, PASS, STOP
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner
+from hhrl_envs.sub_goals import COLLISION, NOT_STOP, REAR_ENDED, RUNNING, SUCCESS, TIMEOUT
 
 
 @inner

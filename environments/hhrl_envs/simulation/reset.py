@@ -7,7 +7,6 @@ its feasibility is OPEN because the cheap bounds do not decide it, or it is DECI
 import numpy as np
 
 from hhrl_envs.arrays import Floats, Keys
-from hhrl_envs.scenario.enums import RUNNING
 from hhrl_envs.simulation.dynamics import drive_agent
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced, unsigned
@@ -17,6 +16,7 @@ from hhrl_envs.simulation.feasibility import begin_shadow, surely_clears, surely
 from hhrl_envs.simulation.initial_state import draw_world
 from hhrl_envs.simulation.stop_lines import switch_lines
 from hhrl_envs.simulation.traffic import drive_traffic
+from hhrl_envs.sub_goals import RUNNING
 
 WORLD = unsigned(0)  # purpose of the stream that a world's own streams come from
 

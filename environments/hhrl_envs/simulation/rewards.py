@@ -22,12 +22,12 @@ sub-goals, k- stands for all the others.
 """
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.enums import COLLISION as COLLIDED
-from hhrl_envs.scenario.enums import NOT_STOP as RAN_LINE
-from hhrl_envs.scenario.enums import SUCCESS as SUCCEEDED
-from hhrl_envs.scenario.enums import TIMEOUT as TIMED_OUT
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner
+from hhrl_envs.sub_goals import COLLISION as COLLIDED
+from hhrl_envs.sub_goals import NOT_STOP as RAN_LINE
+from hhrl_envs.sub_goals import SUCCESS as SUCCEEDED
+from hhrl_envs.sub_goals import TIMEOUT as TIMED_OUT
 
 TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = range(at.TERMS_SIZE)
 

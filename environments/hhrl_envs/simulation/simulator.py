@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.errors import InputError, require_value
-from hhrl_envs.scenario.enums import RUNNING
 from hhrl_envs.scenario.profiles import PARAMETERS, STYLES, ProfileFamily
 from hhrl_envs.scenario.registry import as_count, as_learned_fronts, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
@@ -29,6 +28,7 @@ from hhrl_envs.simulation.reset import decide_rows
 from hhrl_envs.simulation.sensing import BASE, blur_rows
 from hhrl_envs.simulation.step import BACKWARDS, BEGIN, MOVE_AND_SHOW, SHOW, advance_rows, aim
 from hhrl_envs.state import State, count, read, read_count
+from hhrl_envs.sub_goals import RUNNING
 
 MAX_ATTEMPTS = 1000
 _SHARES = (0.5, 0.25, 0.125, 0.125)  # of a thread's rows: the pieces that it takes, the small ones last

@@ -1,7 +1,6 @@
 """One step of a block of rows, in its visible order."""
 
 from hhrl_envs.arrays import Codes, Floats, Floats32, Ints, Keys
-from hhrl_envs.scenario.enums import RUNNING, TIMEOUT
 from hhrl_envs.simulation.adversary import judge_adversary, restrain, reward_adversary
 from hhrl_envs.simulation.dynamics import drive_agent
 from hhrl_envs.simulation.engine import layout as at
@@ -15,6 +14,7 @@ from hhrl_envs.simulation.rewards import reward
 from hhrl_envs.simulation.sensing import measure, observe
 from hhrl_envs.simulation.stop_lines import switch_lines
 from hhrl_envs.simulation.traffic import drive_traffic
+from hhrl_envs.sub_goals import RUNNING, TIMEOUT
 
 
 @kernel

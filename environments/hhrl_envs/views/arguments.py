@@ -9,8 +9,8 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from hhrl_envs.errors import InputError, require_value
-from hhrl_envs.scenario.enums import Option
 from hhrl_envs.scenario.validation import is_integer
+from hhrl_envs.sub_goals import Option
 
 RENDER_MODES = ("human", "rgb_array")
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pettingzoo.utils.env import ParallelEnv
 from pettingzoo.utils.wrappers import BaseParallelWrapper
 
-from hhrl_envs.scenario.enums import Option, Outcome
+from hhrl_envs.sub_goals import Option, Outcome
 from hhrl_envs.views.spaces import Info
 
 Observations = dict[str, NDArray[np.float32]]

@@ -9,10 +9,10 @@ from pettingzoo.utils.env import ParallelEnv
 
 from hhrl_envs.errors import InputError
 from hhrl_envs.rendering.renderer import Screen
-from hhrl_envs.scenario.enums import TIMEOUT, Outcome
 from hhrl_envs.scenario.registry import as_learned_fronts, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.simulator import Simulator
+from hhrl_envs.sub_goals import TIMEOUT, Outcome
 from hhrl_envs.views.actions import driver
 from hhrl_envs.views.arguments import RENDER_MODES, as_agent, as_option, as_render_mode, as_seed, bad_agents
 from hhrl_envs.views.spaces import Info, observation_space, reset_info, state_space

@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from hhrl_envs.scenario.enums import Goal
-from hhrl_envs.scenario.scenario import Signal
+from hhrl_envs.scenario.scenario import Goal, Signal
 from hhrl_envs.views.triad import register
 from hhrl_envs.worlds.stop_line_v0 import SCENARIO as STOP_LINE
 
