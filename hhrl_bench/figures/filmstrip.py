@@ -10,8 +10,8 @@ from PIL import Image
 
 from hhrl_bench.chart import Chart
 from hhrl_envs.rendering.canvas import BLUE, GREEN, GREY, NAMED_COLOURS, ORANGE, PALE, PAPER, Canvas
-from hhrl_envs.rendering.moment import Moment
 from hhrl_envs.rendering.picture import HEADER, OPTION_COLOURS, ROAD_ROWS, WIDTH, draw_header, picture
+from hhrl_envs.rendering.snapshot import Snapshot
 
 _KEY_FRAMES = 6
 _ROAD = ROAD_ROWS.stop - ROAD_ROWS.start
@@ -19,28 +19,28 @@ _CHART, _MARGIN = 190, 14
 _HEIGHT = HEADER + _KEY_FRAMES * (_ROAD + 6) + 2 * _CHART + _MARGIN
 
 
-def png(moments: Sequence[Moment]) -> bytes:
+def png(snapshots: Sequence[Snapshot]) -> bytes:
     """Return the bytes of a PNG, 960 pixels wide, with evenly spaced key frames, the first and the last among them."""
     canvas = Canvas(WIDTH, _HEIGHT)
-    draw_header(canvas, moments[-1])
-    for place, step in enumerate(np.linspace(0, len(moments) - 1, _KEY_FRAMES).round().astype(int)):
-        _draw_key_frame(canvas, moments[step], HEADER + place * (_ROAD + 6))
-    _draw_speeds(canvas, moments, _HEIGHT - 2 * _CHART - _MARGIN)
-    _draw_distances(canvas, moments, _HEIGHT - _CHART - _MARGIN)
+    draw_header(canvas, snapshots[-1])
+    for place, step in enumerate(np.linspace(0, len(snapshots) - 1, _KEY_FRAMES).round().astype(int)):
+        _draw_key_frame(canvas, snapshots[step], HEADER + place * (_ROAD + 6))
+    _draw_speeds(canvas, snapshots, _HEIGHT - 2 * _CHART - _MARGIN)
+    _draw_distances(canvas, snapshots, _HEIGHT - _CHART - _MARGIN)
     out = BytesIO()
     Image.fromarray(canvas.pixels()).save(out, "PNG", optimize=True)
     return out.getvalue()
 
 
-def _draw_key_frame(canvas: Canvas, moment: Moment, top: int) -> None:
-    canvas.image(picture(moment)[ROAD_ROWS], 0, top)
+def _draw_key_frame(canvas: Canvas, snapshot: Snapshot, top: int) -> None:
+    canvas.image(picture(snapshot)[ROAD_ROWS], 0, top)
     canvas.rect(_MARGIN, top + 4, 72, 22, PAPER)
-    canvas.text(_MARGIN, top + 15, f"{moment.time:.1f} s", 22)
+    canvas.text(_MARGIN, top + 15, f"{snapshot.time:.1f} s", 22)
     canvas.rect(0, top + _ROAD + 2, WIDTH, 1, PALE)
 
 
-def _draw_speeds(canvas: Canvas, moments: Sequence[Moment], top: int) -> None:
-    times, speeds = _times(moments), np.array([moment.vehicles[:, 1] for moment in moments])
+def _draw_speeds(canvas: Canvas, snapshots: Sequence[Snapshot], top: int) -> None:
+    times, speeds = _times(snapshots), np.array([snapshot.vehicles[:, 1] for snapshot in snapshots])
     chart = Chart(canvas, top, _CHART, times[-1], float(np.nanmax(speeds)))
     chart.frame("m/s", (("ego", BLUE), ("front vehicles", GREY)))
     for fronts in speeds[:, :0:-1].T:
@@ -48,31 +48,31 @@ def _draw_speeds(canvas: Canvas, moments: Sequence[Moment], top: int) -> None:
     chart.line(list(zip(times, speeds[:, 0], strict=True)), BLUE, 2.5)
 
 
-def _draw_distances(canvas: Canvas, moments: Sequence[Moment], top: int) -> None:
-    times = _times(moments)
-    gaps = [nan if moment.d_f is None else moment.d_f for moment in moments]
-    to_line = [nan if moment.d_d is None else max(moment.d_d, 0.0) for moment in moments]
+def _draw_distances(canvas: Canvas, snapshots: Sequence[Snapshot], top: int) -> None:
+    times = _times(snapshots)
+    gaps = [nan if snapshot.d_f is None else snapshot.d_f for snapshot in snapshots]
+    to_line = [nan if snapshot.d_d is None else max(snapshot.d_d, 0.0) for snapshot in snapshots]
     chart = Chart(canvas, top, _CHART, times[-1], float(np.nanmax([*to_line, *gaps, 0.0])))
     chart.frame("m", (("d_d, to the stop-line", ORANGE), ("d_f, to the front vehicle", GREEN)))
     chart.line(list(zip(times, gaps, strict=True)), GREEN)
     chart.line(list(zip(times, to_line, strict=True)), ORANGE)
-    if moments[0].option is not None:
-        _draw_options(canvas, chart, moments)
+    if snapshots[0].option is not None:
+        _draw_options(canvas, chart, snapshots)
 
 
-def _draw_options(canvas: Canvas, chart: Chart, moments: Sequence[Moment]) -> None:
+def _draw_options(canvas: Canvas, chart: Chart, snapshots: Sequence[Snapshot]) -> None:
     """Draw a bar in the colour of the selected option along the time axis."""
-    for now, after in pairwise(moments):
+    for now, after in pairwise(snapshots):
         if now.option is not None:
             left, right = chart.x(now.time), chart.x(after.time)
             canvas.rect(left, chart.bottom - 3, right - left, 6, OPTION_COLOURS[now.option])
     canvas.text(
-        chart.x(moments[-1].time), chart.legend, "bar on the axis: the option, orange SSL, green FFV", 18, GREY, "r"
+        chart.x(snapshots[-1].time), chart.legend, "bar on the axis: the option, orange SSL, green FFV", 18, GREY, "r"
     )
 
 
-def _times(moments: Sequence[Moment]) -> list[float]:
-    return [moment.time for moment in moments]
+def _times(snapshots: Sequence[Snapshot]) -> list[float]:
+    return [snapshot.time for snapshot in snapshots]
 
 
 _COLOURS = 128
@@ -80,14 +80,14 @@ _SAMPLE_EVERY = 10  # frames; the palette is chosen from these, the last one, an
 _HOLD = 2500  # ms; how long the outcome stays on before the film starts anew
 
 
-def gif(moments: Sequence[Moment]) -> bytes:
-    """Return the bytes of a GIF with a frame for every moment; all share one palette, so that nothing flickers."""
-    frames = [picture(moment) for moment in moments]
+def gif(snapshots: Sequence[Snapshot]) -> bytes:
+    """Return the bytes of a GIF with a frame for every snapshot; all share one palette, so that nothing flickers."""
+    frames = [picture(snapshot) for snapshot in snapshots]
     swatches = [np.full((8, *frames[0].shape[1:]), colour, np.uint8) for colour in NAMED_COLOURS]
     sample = np.concatenate([*frames[::_SAMPLE_EVERY], frames[-1], *swatches])
     palette = Image.fromarray(sample).quantize(_COLOURS)
     images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    step = round(1000 * moments[0].scenario.dt)
+    step = round(1000 * snapshots[0].scenario.dt)
     out = BytesIO()
     durations = [step] * (len(images) - 1) + [_HOLD]
     images[0].save(out, "GIF", save_all=True, append_images=images[1:], duration=durations, loop=0)

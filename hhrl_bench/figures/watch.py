@@ -13,13 +13,13 @@ from hhrl_bench.errors import RecordError, SeedError
 from hhrl_bench.evaluation.decisions import Trace, episode_of, recordings
 from hhrl_bench.evaluation.evaluate import BATCH_ROWS
 from hhrl_bench.evaluation.evidence import read_evidence
-from hhrl_bench.evaluation.rollout import Stage, evaluation_cast, evaluation_slots
+from hhrl_bench.evaluation.rollout import Stage, evaluation_drivers, evaluation_slots
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Option, Outcome, get_scenario
 from hhrl_envs.errors import require
-from hhrl_envs.rendering.moment import Moment, moment_of
+from hhrl_envs.rendering.snapshot import Snapshot, snapshot_of
 
 
 def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, option: Option | None = None) -> Outcome:
@@ -38,36 +38,36 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
     path = Path(out)
     draw = artist(path)
     require_writable(path)
-    moments = record(agent, get_task(task), episode, option)
-    write_atomically(path, draw(moments))
-    return moments[-1].outcome
+    snapshots = record(agent, get_task(task), episode, option)
+    write_atomically(path, draw(snapshots))
+    return snapshots[-1].outcome
 
 
-def record(agent: Agent, task: Task, episode: int, option: Option | None = None) -> list[Moment]:
-    """Return every moment of one test episode, from its start to its outcome, with the option selected there.
+def record(agent: Agent, task: Task, episode: int, option: Option | None = None) -> list[Snapshot]:
+    """Return every snapshot of one test episode, from its start to its outcome, with the option selected there.
 
     It is played in the batch that the evaluation plays it in, so that it is the same to the last bit.
     """
     if episode < 0:
         raise SeedError(f"episode is {episode}; write the number of a test episode, 0 or more")
     row = episode % BATCH_ROWS
-    stage = Stage(agent, get_scenario(task.scenario), BATCH_ROWS, option, evaluation_cast(task))
+    stage = Stage(agent, get_scenario(task.scenario), BATCH_ROWS, option, evaluation_drivers(task))
     stage.begin(task.test.take(BATCH_ROWS, offset=episode - row))
-    return moments_of(stage, row)
+    return snapshots_of(stage, row)
 
 
-def moments_of(stage: Stage, row: int) -> list[Moment]:
-    """Return every moment of one row of a stage, on which all rows have just begun, until its outcome."""
+def snapshots_of(stage: Stage, row: int) -> list[Snapshot]:
+    """Return every snapshot of one row of a stage, on which all rows have just begun, until its outcome."""
     simulator, ego = stage.simulator, row * len(stage.slots)
-    moments: list[Moment] = []
+    snapshots: list[Snapshot] = []
     while (simulator.agent_outcomes[row] == Outcome.RUNNING).any():
         decision = stage.decide()
-        moments.append(moment_of(simulator, row, int(decision.option[ego])))
+        snapshots.append(snapshot_of(simulator, row, int(decision.option[ego])))
         stage.step(decision)
-    return [*moments, moment_of(simulator, row, int(decision.option[ego]))]
+    return [*snapshots, snapshot_of(simulator, row, int(decision.option[ego]))]
 
 
-def artist(path: Path) -> Callable[[Sequence[Moment]], bytes]:
+def artist(path: Path) -> Callable[[Sequence[Snapshot]], bytes]:
     """Return the function that draws what the suffix of ``path`` asks for."""
     if path.suffix.lower() not in {".gif", ".png"}:
         raise OutputError(f"cannot draw {path.name!r}; write a name that ends in .gif or .png")
@@ -118,9 +118,9 @@ def film_failures(
     draw, chosen = artist(out), get_task(task)
     require_writable(out)
     for failure in islice(failures(board, store, agent, task), count):
-        recording, cast = recordings(failure.trace, evaluation_slots(chosen))
-        stage = Stage(recording, get_scenario(chosen.scenario), 1, cast=cast)
+        recording, drivers = recordings(failure.trace, evaluation_slots(chosen))
+        stage = Stage(recording, get_scenario(chosen.scenario), 1, drivers=drivers)
         stage.begin(chosen.test.take(1, offset=failure.episode))
-        moments = moments_of(stage, 0)
-        write_atomically(failure.name(out), draw(moments))
-        yield failure.name(out), moments[-1].outcome
+        snapshots = snapshots_of(stage, 0)
+        write_atomically(failure.name(out), draw(snapshots))
+        yield failure.name(out), snapshots[-1].outcome

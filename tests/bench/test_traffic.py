@@ -10,14 +10,14 @@ pytest.importorskip("torch")
 
 from hhrl_agents import RULES
 from hhrl_agents.policies import checkpoints
-from hhrl_agents.training.vehicles import Cast
+from hhrl_agents.training.drivers import Drivers
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.evaluation import episodes
 from hhrl_bench.evaluation.episodes import TrafficRecords
 from hhrl_bench.evaluation.evaluate import evaluate, play
 from hhrl_bench.evaluation.loading import load_agent
 from hhrl_bench.evaluation.records import EvaluationRecord
-from hhrl_bench.evaluation.rollout import evaluation_cast, load_opponent, training_cast
+from hhrl_bench.evaluation.rollout import evaluation_drivers, load_opponent, training_drivers
 from hhrl_bench.figures.watch import record
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.tasks.tasks import SCRIPTED, get_task
@@ -38,11 +38,11 @@ def traffic_records(agent: str, task: str, opponent: str | None = None) -> Traff
 
 
 def test_who_drives_says_the_task() -> None:
-    assert evaluation_cast(PLATOON) == training_cast(PLATOON) == Cast((0, 1, 2, 3))
-    assert evaluation_cast(get_task("stop-line-v0")) == training_cast(get_task("stop-line-v0")) == Cast()
-    scored, learned = evaluation_cast(ADVERSARY), training_cast(ADVERSARY)
-    assert (scored.slots, [*scored.partners], learned.slots, [*learned.partners]) == ((0,), [1], (1,), [0])
-    assert evaluation_cast(ADVERSARY.against(SCRIPTED)) == Cast()
+    assert evaluation_drivers(PLATOON) == training_drivers(PLATOON) == Drivers((0, 1, 2, 3))
+    assert evaluation_drivers(get_task("stop-line-v0")) == training_drivers(get_task("stop-line-v0")) == Drivers()
+    scored, learned = evaluation_drivers(ADVERSARY), training_drivers(ADVERSARY)
+    assert (scored.slots, [*scored.others], learned.slots, [*learned.others]) == ((0,), [1], (1,), [0])
+    assert evaluation_drivers(ADVERSARY.against(SCRIPTED)) == Drivers()
     assert load_opponent(ADVERSARY.against(SCRIPTED)) is None
 
 
@@ -111,12 +111,12 @@ def test_nothing_is_counted_where_the_ego_is_alone_and_nothing_feasible_is_null(
 @pytest.mark.parametrize("task", ["platoon-v0", "adversary-v0"])
 def test_a_film_shows_the_evaluated_episode(task: str) -> None:
     agent, chosen, index = load_agent("rule-4", task), get_task(task), 3
-    moments = record(agent, chosen, index)
+    snapshots = record(agent, chosen, index)
     records = evaluate(agent, chosen, 10)
     assert isinstance(records, TrafficRecords)
-    assert moments[-1].outcome == records.outcomes[index, 0]
-    assert len(moments) - 1 == records.steps[index]
-    assert moments[0].agents == records.outcomes.shape[1]
+    assert snapshots[-1].outcome == records.outcomes[index, 0]
+    assert len(snapshots) - 1 == records.steps[index]
+    assert snapshots[0].agents == records.outcomes.shape[1]
 
 
 def test_an_analysis_is_of_the_ego_alone() -> None:
@@ -133,7 +133,7 @@ def test_a_training_validates_in_the_cast_it_trains_in(task: object, tmp_path: P
         *_, last = train(Plan(get_method("ddqn"), chosen, (0,), 600, tmp_path))
     final = checkpoints.load(tmp_path / "seed-0.final.safetensors")
     worlds = chosen.validation.take(16)
-    again = play(final, get_scenario(chosen.scenario), worlds, rows=16, cast=training_cast(chosen)).records
+    again = play(final, get_scenario(chosen.scenario), worlds, rows=16, drivers=training_drivers(chosen)).records
     assert last.success == ((again.outcome == Outcome.SUCCESS).mean(),)
     assert json.loads((tmp_path / "config.json").read_text()).get("ego") == chosen.ego
 

@@ -53,31 +53,31 @@ def count(image: Image.Image, colour: Colour) -> int:
 def test_recorded_episode_is_the_evaluated_one(name: str) -> None:
     records = evaluate(rule(name), TASK, episodes=4)
     for episode in range(4):
-        moments = record(rule(name), TASK, episode)
-        assert int(moments[-1].outcome) == records.outcome[episode]
-        assert len(moments) == records.steps[episode] + 1
-        assert all(moment.outcome is Outcome.RUNNING for moment in moments[:-1])
-        assert [round(moment.time / 0.1) for moment in moments] == list(range(len(moments)))
+        snapshots = record(rule(name), TASK, episode)
+        assert int(snapshots[-1].outcome) == records.outcome[episode]
+        assert len(snapshots) == records.steps[episode] + 1
+        assert all(snapshot.outcome is Outcome.RUNNING for snapshot in snapshots[:-1])
+        assert [round(snapshot.time / 0.1) for snapshot in snapshots] == list(range(len(snapshots)))
 
 
 def test_episode_of_a_later_batch_is_the_evaluated_one() -> None:
     records = evaluate(rule("rule-3"), TASK, episodes=503)
-    moments = record(rule("rule-3"), TASK, 502)
-    assert (int(moments[-1].outcome), len(moments) - 1) == (records.outcome[502], records.steps[502])
+    snapshots = record(rule("rule-3"), TASK, 502)
+    assert (int(snapshots[-1].outcome), len(snapshots) - 1) == (records.outcome[502], records.steps[502])
 
 
 def test_gif_shows_every_step_in_real_time(tmp_path: Path) -> None:
     out = tmp_path / "film.gif"
     outcome = watch(rule("rule-2"), TASK, out, episode=0)
-    moments = record(rule("rule-2"), TASK, 0)
-    assert outcome is moments[-1].outcome
+    snapshots = record(rule("rule-2"), TASK, 0)
+    assert outcome is snapshots[-1].outcome
     with Image.open(out) as film:
         durations = []
         for frame in range(film.n_frames):  # type: ignore[attr-defined]
             film.seek(frame)
             durations.append(film.info["duration"])
         assert film.size == (960, 240)
-    assert len(durations) == len(moments)
+    assert len(durations) == len(snapshots)
     assert set(durations[:-1]) == {100}
     assert durations[-1] > 1000
     assert [path.name for path in tmp_path.iterdir()] == ["film.gif"]
@@ -94,14 +94,14 @@ def test_png_holds_key_frames_and_both_charts(tmp_path: Path) -> None:
 
 
 def test_flat_agents_have_no_option_to_show(tmp_path: Path) -> None:
-    moments = record(Coasting(), TASK, 0)
-    assert {moment.option for moment in moments} == {None}
+    snapshots = record(Coasting(), TASK, 0)
+    assert {snapshot.option for snapshot in snapshots} == {None}
     watch(Coasting(), TASK, tmp_path / "strip.png")
     assert (tmp_path / "strip.png").stat().st_size > 0
 
 
 def test_held_option_is_selected_throughout() -> None:
-    assert {moment.option for moment in record(rule("rule-4"), TASK, 0, Option.SSL)} == {Option.SSL}
+    assert {snapshot.option for snapshot in record(rule("rule-4"), TASK, 0, Option.SSL)} == {Option.SSL}
 
 
 def test_a_scenario_without_a_task_is_watched_too(tmp_path: Path) -> None:
@@ -146,7 +146,7 @@ def test_chart_line_breaks_where_a_value_is_missing() -> None:
 
 
 def test_strip_of_a_world_without_a_line() -> None:
-    moments = record(rule("rule-4"), Task("follow", scenario="follow-v0", env_steps=1), 0)
-    assert {moment.d_d for moment in moments} == {None}
-    with Image.open(BytesIO(filmstrip.png(moments))) as drawn:
+    snapshots = record(rule("rule-4"), Task("follow", scenario="follow-v0", env_steps=1), 0)
+    assert {snapshot.d_d for snapshot in snapshots} == {None}
+    with Image.open(BytesIO(filmstrip.png(snapshots))) as drawn:
         assert count(drawn.crop((0, 820, 960, drawn.height)), GREEN) > 500

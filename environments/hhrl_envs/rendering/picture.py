@@ -19,7 +19,7 @@ from hhrl_envs.rendering.canvas import (
     Colour,
     mix,
 )
-from hhrl_envs.rendering.moment import Moment
+from hhrl_envs.rendering.snapshot import Snapshot
 from hhrl_envs.scenario.scenario import Goal
 from hhrl_envs.sub_goals import Option, Outcome
 
@@ -56,89 +56,89 @@ _ASPHALT = (74, 81, 92)
 _BRAKING = -0.3  # m/s^2; brake lights are on below it
 
 
-def picture(moment: Moment) -> NDArray[np.uint8]:
-    """Return the moment's picture, uint8 [HEIGHT, WIDTH, 3]."""
+def picture(snapshot: Snapshot) -> NDArray[np.uint8]:
+    """Return the snapshot's picture, uint8 [HEIGHT, WIDTH, 3]."""
     canvas = Canvas(WIDTH, HEIGHT)
-    _draw_road(canvas, moment)
-    for slot in reversed(range(len(moment.vehicles))):
-        _draw_vehicle(canvas, moment, slot)
-    _draw_speeds(canvas, moment)
-    _draw_distances(canvas, moment)
-    draw_header(canvas, moment)
-    _draw_read_out(canvas, moment)
+    _draw_road(canvas, snapshot)
+    for slot in reversed(range(len(snapshot.vehicles))):
+        _draw_vehicle(canvas, snapshot, slot)
+    _draw_speeds(canvas, snapshot)
+    _draw_distances(canvas, snapshot)
+    draw_header(canvas, snapshot)
+    _draw_read_out(canvas, snapshot)
     return canvas.pixels()
 
 
-def draw_header(canvas: Canvas, moment: Moment) -> None:
+def draw_header(canvas: Canvas, snapshot: Snapshot) -> None:
     """Draw the strip at the top: the scenario and, at the end, how the episode ended."""
-    ended = moment.outcome is not Outcome.RUNNING
-    canvas.rect(0, 0, WIDTH, HEADER, OUTCOME_COLOURS[moment.outcome] if ended else INK)
-    canvas.text(14, HEADER / 2, moment.scenario.id, 19, WHITE)
+    ended = snapshot.outcome is not Outcome.RUNNING
+    canvas.rect(0, 0, WIDTH, HEADER, OUTCOME_COLOURS[snapshot.outcome] if ended else INK)
+    canvas.text(14, HEADER / 2, snapshot.scenario.id, 19, WHITE)
     if ended:
-        canvas.text(WIDTH / 2, HEADER / 2, OUTCOME_NAMES[moment.outcome], 26, WHITE, "c")
+        canvas.text(WIDTH / 2, HEADER / 2, OUTCOME_NAMES[snapshot.outcome], 26, WHITE, "c")
 
 
-def _x(moment: Moment, position: float) -> float:
+def _x(snapshot: Snapshot, position: float) -> float:
     """Return the pixel column of a position: ego and active line are in view, and the road stands still if it can."""
-    ego, lines = float(moment.vehicles[0, 0]), moment.scenario.road.lines
-    ahead = moment.line if moment.line is not None else lines[-1] if lines else inf
-    left = max(min(ego - 21.0, ahead - 97.0), ego - (0.6 if moment.line is None else 0.9) * _VIEW)
+    ego, lines = float(snapshot.vehicles[0, 0]), snapshot.scenario.road.lines
+    ahead = snapshot.line if snapshot.line is not None else lines[-1] if lines else inf
+    left = max(min(ego - 21.0, ahead - 97.0), ego - (0.6 if snapshot.line is None else 0.9) * _VIEW)
     return (position - left) * _SCALE
 
 
-def _draw_road(canvas: Canvas, moment: Moment) -> None:
+def _draw_road(canvas: Canvas, snapshot: Snapshot) -> None:
     half = _LANE / 2 * _SCALE
     edge = half + _SHOULDER * _SCALE
     canvas.rect(0, _ROAD_Y - edge, WIDTH, 2 * edge, _ASPHALT)
     for y in (_ROAD_Y - half, _ROAD_Y + half):
         canvas.rect(0, y - 0.75, WIDTH, 1.5, PALE)
     for metres in range(-500, 1000, 10):
-        canvas.rect(_x(moment, metres), _ROAD_Y + edge - 4, 1, 4, PALE)
-    for line in moment.scenario.road.lines:
-        _draw_line(canvas, moment, line, half)
-    if moment.scenario.goal is Goal.PASS:
-        end = _x(moment, moment.scenario.route_end)
+        canvas.rect(_x(snapshot, metres), _ROAD_Y + edge - 4, 1, 4, PALE)
+    for line in snapshot.scenario.road.lines:
+        _draw_line(canvas, snapshot, line, half)
+    if snapshot.scenario.goal is Goal.PASS:
+        end = _x(snapshot, snapshot.scenario.route_end)
         canvas.rect(end, _ROAD_Y - half, 2, 2 * half, GREEN)
         canvas.text(end + 8, 144, "end of route", 18, GREY)
 
 
-def _draw_line(canvas: Canvas, moment: Moment, line: float, half: float) -> None:
-    x, zone = _x(moment, line), moment.scenario.road.stop_zone * _SCALE
-    active = line == moment.line
+def _draw_line(canvas: Canvas, snapshot: Snapshot, line: float, half: float) -> None:
+    x, zone = _x(snapshot, line), snapshot.scenario.road.stop_zone * _SCALE
+    active = line == snapshot.line
     if active:
-        share = 0.95 if moment.option is Option.SSL else 0.35
+        share = 0.95 if snapshot.option is Option.SSL else 0.35
         canvas.rect(x - zone, _ROAD_Y - half + 2, zone, 2 * half - 4, mix(ORANGE, _ASPHALT, share))
     canvas.rect(x, _ROAD_Y - half, 0.5 * _SCALE, 2 * half, WHITE if active else GREY)
     name = "stop-line"
-    if moment.scenario.signal is not None:
+    if snapshot.scenario.signal is not None:
         name = "red light" if active else "green light"
         canvas.rect(x + 8, 138, 12, 12, VERMILLION if active else GREEN, radius=6)
         x += 18
     canvas.text(x + 8, 144, name, 18, GREY)
 
 
-def _draw_vehicle(canvas: Canvas, moment: Moment, slot: int) -> None:
-    accel, length = float(moment.vehicles[slot, 2]), moment.scenario.vehicle.length * _SCALE
-    front = _x(moment, float(moment.vehicles[slot, 0]))
+def _draw_vehicle(canvas: Canvas, snapshot: Snapshot, slot: int) -> None:
+    accel, length = float(snapshot.vehicles[slot, 2]), snapshot.scenario.vehicle.length * _SCALE
+    front = _x(snapshot, float(snapshot.vehicles[slot, 0]))
     if isnan(front) or front < 0 or front - length > WIDTH:
         return
-    if slot == 1 and moment.option is Option.FFV:
+    if slot == 1 and snapshot.option is Option.FFV:
         canvas.rect(front - length - 4, _ROAD_Y - _CAR / 2 * _SCALE - 4, length + 8, _CAR * _SCALE + 8, GREEN, radius=8)
-    colour = BLUE if slot == 0 else mix(BLUE, PALE, 0.45) if slot < moment.agents else PALE
+    colour = BLUE if slot == 0 else mix(BLUE, PALE, 0.45) if slot < snapshot.agents else PALE
     _draw_car(canvas, front, length, colour, braking=accel < _BRAKING)
 
 
-def _draw_speeds(canvas: Canvas, moment: Moment) -> None:
+def _draw_speeds(canvas: Canvas, snapshot: Snapshot) -> None:
     """Write every vehicle's speed above it, or beside that of the vehicle behind where they are too near."""
-    edge, y = _x(moment, float(moment.vehicles[0, 0])), _ROAD_Y - 37
-    canvas.text(edge, y, f"ego {moment.vehicles[0, 1]:.1f} m/s", 18, BLUE, "r")
-    for slot in range(1, len(moment.vehicles)):
-        rear = _x(moment, float(moment.vehicles[slot, 0]) - moment.scenario.vehicle.length)
+    edge, y = _x(snapshot, float(snapshot.vehicles[0, 0])), _ROAD_Y - 37
+    canvas.text(edge, y, f"ego {snapshot.vehicles[0, 1]:.1f} m/s", 18, BLUE, "r")
+    for slot in range(1, len(snapshot.vehicles)):
+        rear = _x(snapshot, float(snapshot.vehicles[slot, 0]) - snapshot.scenario.vehicle.length)
         if isnan(rear) or rear > WIDTH:
             return
-        name = f"front_{slot} " if slot < moment.agents else ""
+        name = f"front_{slot} " if slot < snapshot.agents else ""
         left = max(rear, edge + 8)
-        edge = left + canvas.text(left, y, f"{name}{moment.vehicles[slot, 1]:.1f}", 18, INK)
+        edge = left + canvas.text(left, y, f"{name}{snapshot.vehicles[slot, 1]:.1f}", 18, INK)
 
 
 def _draw_car(canvas: Canvas, front: float, length: float, colour: Colour, braking: bool) -> None:
@@ -154,13 +154,13 @@ def _draw_car(canvas: Canvas, front: float, length: float, colour: Colour, braki
             canvas.rect(rear - 2, side - 1, 5, 5, VERMILLION, radius=1)
 
 
-def _draw_distances(canvas: Canvas, moment: Moment) -> None:
-    ego = _x(moment, float(moment.vehicles[0, 0]))
+def _draw_distances(canvas: Canvas, snapshot: Snapshot) -> None:
+    ego = _x(snapshot, float(snapshot.vehicles[0, 0]))
     for y, option, name, distance in (
-        (123, Option.FFV, "d_f", moment.d_f),
-        (144, Option.SSL, "d_d", moment.d_d),
+        (123, Option.FFV, "d_f", snapshot.d_f),
+        (144, Option.SSL, "d_d", snapshot.d_d),
     ):
-        selected = moment.option is option
+        selected = snapshot.option is option
         colour = OPTION_COLOURS[option] if selected else GREY
         if distance is None or distance < 0.0:
             continue
@@ -171,21 +171,21 @@ def _draw_distances(canvas: Canvas, moment: Moment) -> None:
         canvas.text(ego - 8, y, f"{name}  {distance:.1f} m", 18, INK if selected else GREY, "r")
 
 
-def _draw_read_out(canvas: Canvas, moment: Moment) -> None:
-    _, speed, accel = (float(value) for value in moment.vehicles[0])
+def _draw_read_out(canvas: Canvas, snapshot: Snapshot) -> None:
+    _, speed, accel = (float(value) for value in snapshot.vehicles[0])
     tiles = (
-        ("time", f"{moment.time:.1f} s"),
+        ("time", f"{snapshot.time:.1f} s"),
         ("speed", f"{speed:.1f} m/s"),
         ("acceleration", f"{accel:+.1f} m/s²"),
-        ("to stop-line  d_d", _metres(moment.d_d)),
-        ("to front vehicle  d_f", _metres(moment.d_f)),
+        ("to stop-line  d_d", _metres(snapshot.d_d)),
+        ("to front vehicle  d_f", _metres(snapshot.d_f)),
     )
     for column, (name, value) in enumerate(tiles):
         x = 14 + column * 125.0
         canvas.text(x, 182, name, 16, GREY)
         canvas.text(x, 208, value, 28)
-    for row, option in enumerate(option for option in Option if moment.scenario.option_mask[option]):
-        selected = moment.option is option
+    for row, option in enumerate(option for option in Option if snapshot.scenario.option_mask[option]):
+        selected = snapshot.option is option
         colour = OPTION_COLOURS[option] if selected else PALE
         canvas.rect(WIDTH - 240, 172 + 31 * row, 226, 26, colour, radius=13)
         canvas.text(WIDTH - 127, 185 + 31 * row, OPTION_NAMES[option], 19, INK if selected else GREY, "c")

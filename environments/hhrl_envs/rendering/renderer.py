@@ -1,4 +1,4 @@
-"""What a view draws: a frame when asked for one, or a window that follows every step."""
+"""How a view draws itself: a picture when asked for one, or a window that follows every step."""
 
 from typing import TYPE_CHECKING
 
@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hhrl_envs.errors import InputError, require
-from hhrl_envs.rendering.moment import moment_of
-from hhrl_envs.scenario.scenario import Scenario
+from hhrl_envs.rendering.snapshot import snapshot_of
 from hhrl_envs.simulation.simulator import Simulator
 from hhrl_envs.sub_goals import Option
 
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
     from hhrl_envs.rendering.window import Window
 
 
-class Screen:
+class Renderer:
     """Draws row 0 of a simulator as ``render_mode`` says: 'human' into a window, 'rgb_array' as arrays.
 
     ``option`` is the sub-goal that the pictures show as selected, until the next episode begins; None for a flat agent.
@@ -25,8 +24,8 @@ class Screen:
     """
 
     def __init__(self, simulator: Simulator, render_mode: str) -> None:
+        require("pygame", extra="render")
         self._simulator, self._mode = simulator, render_mode
-        self._renderer = Renderer(simulator.scenario)
         self._window: Window | None = None
         self._began = False
         self.option: Option | None = None
@@ -37,12 +36,12 @@ class Screen:
         self.follow()
 
     def follow(self) -> None:
-        """Show the present moment where the mode is 'human'."""
+        """Show the present state where the mode is 'human'."""
         if self._mode == "human" and not self._opened().closed:
             self._opened().show(self._frame())
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return the picture of the present moment, uint8 [H, W, 3]; None where a window shows it already."""
+        """Return the picture of the present state, uint8 [H, W, 3]; None where a window shows it already."""
         if not self._began:
             raise InputError("render before reset; call reset(seed=...) first")
         return None if self._mode == "human" else self._frame()
@@ -53,7 +52,7 @@ class Screen:
             self._window.close()
 
     def _frame(self) -> NDArray[np.uint8]:
-        return self._renderer.frame(self._simulator, option=self.option)
+        return draw_row(self._simulator, option=self.option)
 
     def _opened(self) -> "Window":
         if self._window is None:
@@ -64,22 +63,15 @@ class Screen:
         return self._window
 
 
-class Renderer:
-    """Draws frames of a scenario's worlds.
+def draw_row(simulator: Simulator, row: int = 0, option: int | None = None) -> NDArray[np.uint8]:
+    """Return the picture of one row's present state, uint8 [240, 960, 3].
+
+    ``option`` is the selected sub-goal, whose target is highlighted; None or -1 for a flat agent.
 
     Raises:
         MissingExtraError: the ``render`` extra is not installed.
     """
+    require("pygame", extra="render")
+    from hhrl_envs.rendering.picture import picture  # noqa: PLC0415  (the extra is needed only from here on)
 
-    def __init__(self, scenario: Scenario) -> None:
-        require("pygame", extra="render")
-        self.scenario = scenario
-
-    def frame(self, simulator: Simulator, row: int = 0, option: int | None = None) -> NDArray[np.uint8]:
-        """Return the picture of one row, uint8 [240, 960, 3].
-
-        ``option`` is the selected sub-goal, whose target is highlighted; None or -1 for a flat agent.
-        """
-        from hhrl_envs.rendering.picture import picture  # noqa: PLC0415  (the extra is needed only from here on)
-
-        return picture(moment_of(simulator, row, option))
+    return picture(snapshot_of(simulator, row, option))

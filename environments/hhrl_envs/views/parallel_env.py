@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pettingzoo.utils.env import ParallelEnv
 
 from hhrl_envs.errors import InputError
-from hhrl_envs.rendering.renderer import Screen
+from hhrl_envs.rendering.renderer import Renderer
 from hhrl_envs.scenario.registry import as_learned_fronts, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.simulator import Simulator
@@ -60,7 +60,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         }
         fronts = as_learned_fronts(learned_fronts, self.scenario)
         self.simulator = Simulator(self.scenario, 1, learned_fronts=fronts)
-        self._screen = None if render_mode is None else Screen(self.simulator, render_mode)
+        self._renderer = None if render_mode is None else Renderer(self.simulator, render_mode)
         self.possible_agents = [EGO, *(f"front_{slot}" for slot in range(1, fronts + 1))]
         self.agents: list[str] = []
         self._slots = {agent: slot for slot, agent in enumerate(self.possible_agents)}
@@ -93,8 +93,8 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             self.simulator.reset(np.array([as_seed(seed)], np.uint64))
             self._seeded = True
         self.agents = list(self.possible_agents)
-        if self._screen is not None:
-            self._screen.begin()
+        if self._renderer is not None:
+            self._renderer.begin()
         self._look()
         infos = {agent: reset_info(self.simulator, 0) for agent in self.agents}
         return {agent: own[0].copy() for agent, own in self._own.items()}, infos
@@ -112,19 +112,19 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             raise bad_agents(actions, live) from None
         self.simulator.step_row(targets)
         told = self._tell(live)
-        if self._screen is not None:
-            self._screen.follow()
+        if self._renderer is not None:
+            self._renderer.follow()
         return told
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture of the road, uint8 [H, W, 3]; None without a render mode and where a window shows it."""
-        return None if self._screen is None else self._screen.render()
+        return None if self._renderer is None else self._renderer.render()
 
     def show_option(self, option: int | None) -> None:
         """Let the pictures show the option that the ego has selected, until the next reset; None for a flat agent."""
         selected = as_option(option)
-        if self._screen is not None:
-            self._screen.option = selected
+        if self._renderer is not None:
+            self._renderer.option = selected
 
     def state(self) -> NDArray[np.float32]:
         """Return the global state: the observations of all possible agents one after another, float32 [11 * agents].
@@ -138,8 +138,8 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
 
     def close(self) -> None:
         """Close the window, where there is one."""
-        if self._screen is not None:
-            self._screen.close()
+        if self._renderer is not None:
+            self._renderer.close()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

@@ -1,4 +1,4 @@
-"""One moment of one row: what a picture shows, copied out of the simulator."""
+"""One snapshot of one row: what a picture shows, copied out of the simulator."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from hhrl_envs.sub_goals import Option, Outcome
 
 
 @dataclass(frozen=True)
-class Moment:
+class Snapshot:
     """What one picture shows; ``vehicles``, float64 [V, 3], is as ``Simulator.vehicles`` returns it.
 
     ``line`` is the position of the active stop-line in metres, None where there is none; the first ``agents`` of the
@@ -41,10 +41,10 @@ class Moment:
         return max(gap, 0.0) if gap <= self.scenario.sensor.front_range else None
 
 
-def moment_of(simulator: Simulator, row: int = 0, option: int | None = None) -> Moment:
-    """Return the present moment of one row; ``option`` is the selected sub-goal, None or -1 for a flat agent."""
+def snapshot_of(simulator: Simulator, row: int = 0, option: int | None = None) -> Snapshot:
+    """Return the present state of one row; ``option`` is the selected sub-goal, None or -1 for a flat agent."""
     scenario, line = simulator.scenario, simulator.active_line(row)
-    return Moment(
+    return Snapshot(
         scenario=scenario,
         vehicles=simulator.vehicles(row),
         line=line if line < FAR else None,
