@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hhrl_agents import Agent, Decision
 from hhrl_agents.agent import BoolArray, IntArray
-from hhrl_agents.training.vehicles import Cast
+from hhrl_agents.training.drivers import Drivers
 
 
 class Trace(NamedTuple):
@@ -82,12 +82,12 @@ class Recording:
         return Decision(options.ravel().astype(np.int64), actions.ravel().astype(np.int64))
 
 
-def recordings(trace: Trace, slots: Sequence[int]) -> tuple[Agent, Cast]:
-    """Return the agent that drives the vehicles ``slots`` as in a trace, and the cast with everybody else on it."""
+def recordings(trace: Trace, slots: Sequence[int]) -> tuple[Agent, Drivers]:
+    """Return the agent that drives the vehicles ``slots`` as in a trace, and who drives the others."""
     own = Recording(trace.steps, trace.options, trace.actions[:, list(slots)])
     others: Mapping[int, Agent] = {
         slot: Recording(trace.steps, np.full_like(trace.actions[:, [slot]], -1), trace.actions[:, [slot]])
         for slot in range(trace.actions.shape[1])
         if slot not in slots
     }
-    return own, Cast(tuple(slots), others)
+    return own, Drivers(tuple(slots), others)

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hhrl_agents import Agent
-from hhrl_agents.training.vehicles import EGO_ALONE, Cast
+from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_bench.evaluation import decisions, episodes
 from hhrl_bench.evaluation.decisions import Recorder, Trace
 from hhrl_bench.evaluation.episode_sums import Tally
 from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.rollout import Stage, evaluation_cast
+from hhrl_bench.evaluation.rollout import Stage, evaluation_drivers
 from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Option, Outcome, Scenario, get_scenario
@@ -49,7 +49,7 @@ def evaluate(
 
 def play_task(agent: Agent, task: Task, seeds: UInt64Array, option: Option | None = None) -> Played:
     """Return episode 0 of each world in ``seeds`` uint64 [N], played as the task is scored."""
-    return play(agent, get_scenario(task.scenario), seeds, option, cast=evaluation_cast(task))
+    return play(agent, get_scenario(task.scenario), seeds, option, drivers=evaluation_drivers(task))
 
 
 def play(
@@ -58,13 +58,13 @@ def play(
     seeds: UInt64Array,
     option: Option | None = None,
     rows: int = BATCH_ROWS,
-    cast: Cast = EGO_ALONE,
+    drivers: Drivers = EGO_ALONE,
 ) -> Played:
     """Return episode 0 of each world in ``seeds`` uint64 [N], played in batches of ``rows``.
 
     Where the scenario has learned front vehicles the records are ``TrafficRecords``.
     """
-    stage = Stage(agent, scenario, rows, option, cast)
+    stage = Stage(agent, scenario, rows, option, drivers)
     padded = np.pad(seeds, (0, -len(seeds) % rows), mode="edge")
     records, trace = zip(*[_play_batch(stage, batch) for batch in padded.reshape(-1, rows)], strict=True)
     return Played(episodes.join(records, len(seeds)), decisions.join(trace, len(seeds)))

@@ -1,10 +1,10 @@
-"""The stage of an evaluation: worlds in which an agent drives the vehicles of a cast, and partners the others."""
+"""Worlds in which an agent drives its vehicles, and other agents or scripts drive the others."""
 
 import numpy as np
 
 from hhrl_agents import Agent, Decision
 from hhrl_agents.agent import IntArray
-from hhrl_agents.training.vehicles import EGO_ALONE, Cast
+from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_bench.evaluation.guarded_agent import Player
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
 from hhrl_bench.tasks.seeds import UInt64Array
@@ -22,17 +22,17 @@ class Stage:
     """
 
     def __init__(
-        self, agent: Agent, scenario: Scenario, rows: int, option: Option | None = None, cast: Cast = EGO_ALONE
+        self, agent: Agent, scenario: Scenario, rows: int, option: Option | None = None, drivers: Drivers = EGO_ALONE
     ) -> None:
-        self.simulator = cast.simulator(scenario, rows)
-        self.slots = cast.slots
-        self._cast, self._player = cast, Player(agent, scenario.num_actions, option)
+        self.simulator = drivers.simulator(scenario, rows)
+        self.slots = drivers.slots
+        self._drivers, self._player = drivers, Player(agent, scenario.num_actions, option)
 
     def begin(self, seeds: UInt64Array) -> None:
         """Return nothing; put every row at the start of episode 0 of its seed, uint64 [B]."""
         self.simulator.reset(seeds)
-        self._cast.begin(np.ones(len(seeds), np.bool_))
-        self.results = self._cast.results(self.simulator)
+        self._drivers.begin(np.ones(len(seeds), np.bool_))
+        self.results = self._drivers.results(self.simulator)
         self._player.reset(np.ones(len(self.results.outcomes), np.bool_))
 
     def decide(self) -> Decision:
@@ -41,9 +41,9 @@ class Stage:
 
     def step(self, decision: Decision) -> IntArray:
         """Return the actions of all vehicles that are driven, [B] or [B, A]; every row has made a step with them."""
-        actions = self._cast.actions(self.simulator, decision.action)
+        actions = self._drivers.actions(self.simulator, decision.action)
         self.simulator.step(actions)
-        self.results = self._cast.results(self.simulator)
+        self.results = self._drivers.results(self.simulator)
         return actions
 
     def is_over(self) -> bool:
@@ -54,11 +54,11 @@ class Stage:
 _EGO, _FRONT = 0, 1
 
 
-def evaluation_cast(task: Task) -> Cast:
+def evaluation_drivers(task: Task) -> Drivers:
     """Return who drives when an agent is scored: it is the ego, or all vehicles where the task is shared."""
     opponent = load_opponent(task)
     if opponent is not None:
-        return Cast((_EGO,), {_FRONT: Player(opponent.agent, get_scenario(task.scenario).num_actions)})
+        return Drivers((_EGO,), {_FRONT: Player(opponent.agent, get_scenario(task.scenario).num_actions)})
     return _all_vehicles(task) if task.shared else EGO_ALONE
 
 
@@ -67,14 +67,14 @@ def evaluation_slots(task: Task) -> tuple[int, ...]:
     return _all_vehicles(task).slots if task.shared else EGO_ALONE.slots
 
 
-def training_cast(task: Task) -> Cast:
+def training_drivers(task: Task) -> Drivers:
     """Return who drives when an agent is trained: it is the front vehicle where the task has an ego to train against.
 
     Raises:
         InputError: if no such ego comes with the package.
     """
     if task.ego is not None:
-        return Cast((_FRONT,), {_EGO: _load(task.ego, task).agent})
+        return Drivers((_FRONT,), {_EGO: _load(task.ego, task).agent})
     return _all_vehicles(task) if task.shared else EGO_ALONE
 
 
@@ -87,5 +87,5 @@ def _load(source: str, task: Task) -> LoadedAgent:
     return load_agents(source, get_scenario(task.scenario))[0]
 
 
-def _all_vehicles(task: Task) -> Cast:
-    return Cast(tuple(range(1 + (get_scenario(task.scenario).learned_fronts or 0))))
+def _all_vehicles(task: Task) -> Drivers:
+    return Drivers(tuple(range(1 + (get_scenario(task.scenario).learned_fronts or 0))))

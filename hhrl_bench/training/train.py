@@ -21,7 +21,7 @@ from hhrl_agents.training.start import NOTHING
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.evaluate import play
 from hhrl_bench.evaluation.metrics import means
-from hhrl_bench.evaluation.rollout import training_cast
+from hhrl_bench.evaluation.rollout import training_drivers
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.seeds import UInt64Array, format_seeds
@@ -137,9 +137,9 @@ class _Training:
     def __init__(self, plan: Plan, directory: RunDirectory) -> None:
         self._plan, self._directory = plan, directory
         self._scenario = get_scenario(plan.task.scenario)
-        worlds, cast = _world_seeds(plan, plan.method.config.n_envs), training_cast(plan.task)
+        worlds, drivers = _world_seeds(plan, plan.method.config.n_envs), training_drivers(plan.task)
         start = plan.reuse.start(plan.method, plan.seeds) if plan.reuse else NOTHING
-        self._learner = make_learner(plan.method, self._scenario, plan.seeds, worlds, plan.device, cast, start)
+        self._learner = make_learner(plan.method, self._scenario, plan.seeds, worlds, plan.device, drivers, start)
         self._runs = [SeedRun(seed) for seed in plan.seeds]
         self._state_path = directory.state(plan.seeds)
         self._file = StateFile(self._state_path, plan.config())
@@ -201,8 +201,8 @@ class _Training:
                 self._events.add(run.seed, run.curve[-1])
 
     def _validate(self, policy: LearnedAgent) -> dict[str, float | None]:
-        seeds, cast = self._plan.task.validation.take(VALIDATION_EPISODES), training_cast(self._plan.task)
-        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES, cast=cast).records))
+        seeds, drivers = self._plan.task.validation.take(VALIDATION_EPISODES), training_drivers(self._plan.task)
+        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES, drivers=drivers).records))
 
     def _keep(self, run: SeedRun, row: Row, policy: LearnedAgent) -> None:
         if run.add(row):

@@ -27,9 +27,9 @@ def replay(evidence: Sequence[Evidence], task: Task, seeds: UInt64Array) -> list
     for trace in traces:
         _require_fit(trace, len(slots), 1 + (scenario.learned_fronts or 0), len(seeds), scenario.num_actions)
     together = Trace(*(np.concatenate(arrays) for arrays in zip(*traces, strict=True)))
-    agent, cast = recordings(together, slots)
+    agent, drivers = recordings(together, slots)
     worlds = np.tile(seeds, len(traces))
-    records = play(agent, scenario, worlds, rows=len(worlds), cast=cast).records
+    records = play(agent, scenario, worlds, rows=len(worlds), drivers=drivers).records
     return [_part(records, slice(first, first + len(seeds))) for first in range(0, len(worlds), len(seeds))]
 
 

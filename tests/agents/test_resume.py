@@ -14,8 +14,8 @@ from hhrl_agents.algorithms.make import make_learner  # noqa: E402
 from hhrl_agents.methods.method import Method  # noqa: E402
 from hhrl_agents.policies import checkpoints  # noqa: E402
 from hhrl_agents.policies.checkpoints import SHIPPED  # noqa: E402
+from hhrl_agents.training.drivers import EGO_ALONE, Drivers  # noqa: E402
 from hhrl_agents.training.learner import TrainableStack  # noqa: E402
-from hhrl_agents.training.vehicles import EGO_ALONE, Cast  # noqa: E402
 from hhrl_envs import InputError, get_scenario  # noqa: E402
 from hhrl_envs.state import State  # noqa: E402
 from support.configs import with_values  # noqa: E402
@@ -41,15 +41,15 @@ def small(name: str, **values: Any) -> Method:
     return replace(with_values(method, {**SMALL, **values}), **changes)
 
 
-def cast_of(scenario: str) -> Cast:
+def drivers_of(scenario: str) -> Drivers:
     if scenario == "adversary-v0":  # behind it, an ego that remembers
-        return Cast((1,), {0: checkpoints.load(SHIPPED / "hybrid-hrl-plus" / "seed-0.safetensors")})
-    return Cast((0, 1, 2, 3)) if scenario == "platoon-v0" else EGO_ALONE
+        return Drivers((1,), {0: checkpoints.load(SHIPPED / "hybrid-hrl-plus" / "seed-0.safetensors")})
+    return Drivers((0, 1, 2, 3)) if scenario == "platoon-v0" else EGO_ALONE
 
 
 def stack_of(method: Method, scenario: str = "stop-line-v0") -> TrainableStack:
     worlds = np.arange(8, dtype=np.uint64).reshape(2, 4)
-    return make_learner(method, get_scenario(scenario), (3, 5), worlds, cast=cast_of(scenario))
+    return make_learner(method, get_scenario(scenario), (3, 5), worlds, drivers=drivers_of(scenario))
 
 
 def learner_of(method: Method) -> Learner:

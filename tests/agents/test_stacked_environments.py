@@ -10,14 +10,14 @@ from hhrl_agents.agent import NO_ACTION, BoolArray
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.replay.buffer import Transitions
+from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_agents.training.environments import StackedEnvironments
-from hhrl_agents.training.vehicles import EGO_ALONE, Cast
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 
 N_ENVS, SEEDS, STEPS = 6, 2, 700
-CASTS = {"platoon-v0": (0, 1, 2, 3), "adversary-v0": (1,)}
-EACH_CAST = pytest.mark.parametrize("scenario", CASTS)
+SLOTS = {"platoon-v0": (0, 1, 2, 3), "adversary-v0": (1,)}
+EACH_SCENARIO = pytest.mark.parametrize("scenario", SLOTS)
 
 
 def method() -> Method:
@@ -25,15 +25,15 @@ def method() -> Method:
     return replace(base, config=replace(base.config, n_envs=N_ENVS))
 
 
-def cast_of(scenario: str) -> Cast:
+def drivers_of(scenario: str) -> Drivers:
     if scenario == "platoon-v0":
-        return Cast(CASTS[scenario])
-    return Cast(CASTS[scenario], {0: RULES["rule-plus"](get_scenario(scenario))})
+        return Drivers(SLOTS[scenario])
+    return Drivers(SLOTS[scenario], {0: RULES["rule-plus"](get_scenario(scenario))})
 
 
 def made(scenario: str) -> StackedEnvironments:
     worlds = np.arange(SEEDS * N_ENVS, dtype=np.uint64).reshape(SEEDS, N_ENVS)
-    return StackedEnvironments(method(), get_scenario(scenario), SEEDS, worlds, cast_of(scenario))
+    return StackedEnvironments(method(), get_scenario(scenario), SEEDS, worlds, drivers_of(scenario))
 
 
 def driven(environments: StackedEnvironments, steps: int = STEPS) -> list[tuple[Transitions, BoolArray]]:
@@ -50,10 +50,10 @@ def driven(environments: StackedEnvironments, steps: int = STEPS) -> list[tuple[
     return played
 
 
-@EACH_CAST
+@EACH_SCENARIO
 def test_transitions_are_those_of_the_worlds_driven_by_hand(scenario: str) -> None:
-    environments, slots = made(scenario), CASTS[scenario]
-    config, cast, rows = method().config, cast_of(scenario), SEEDS * N_ENVS
+    environments, slots = made(scenario), SLOTS[scenario]
+    config, drivers, rows = method().config, drivers_of(scenario), SEEDS * N_ENVS
     simulator = Simulator(scenario, rows, learned_fronts=1 if scenario == "adversary-v0" else 3)
     simulator.reset(np.arange(rows))
     traces = [Traces(config.memory) for _ in slots]
@@ -66,7 +66,7 @@ def test_transitions_are_those_of_the_worlds_driven_by_hand(scenario: str) -> No
         np.testing.assert_array_equal(given == NO_ACTION, ended)
         waits += int(ended.sum())
         actions = np.where(given == NO_ACTION, 0, given)
-        ego = [] if slots[0] == 0 else [cast.partners[0].act(simulator.observations.copy()).action[:, None]]
+        ego = [] if slots[0] == 0 else [drivers.others[0].act(simulator.observations.copy()).action[:, None]]
         simulator.step(np.concatenate([*ego, actions], axis=1))
         before = ended
         ended = np.stack([simulator.of_agent(slot).outcomes != Outcome.RUNNING for slot in slots], axis=1)
@@ -91,7 +91,7 @@ def test_transitions_are_those_of_the_worlds_driven_by_hand(scenario: str) -> No
     assert waits > 0 or len(slots) == 1
 
 
-@EACH_CAST
+@EACH_SCENARIO
 def test_every_vehicle_s_episode_is_counted_once(scenario: str) -> None:
     environments = made(scenario)
     played = driven(environments)
@@ -106,7 +106,7 @@ def test_every_vehicle_s_episode_is_counted_once(scenario: str) -> None:
 def test_a_seed_steps_the_same_alone() -> None:
     together = made("platoon-v0")
     worlds = np.arange(N_ENVS, 2 * N_ENVS, dtype=np.uint64)[None]
-    alone = StackedEnvironments(method(), get_scenario("platoon-v0"), 1, worlds, cast_of("platoon-v0"))
+    alone = StackedEnvironments(method(), get_scenario("platoon-v0"), 1, worlds, drivers_of("platoon-v0"))
     for _ in range(200):
         actions = np.random.default_rng(0).integers(2, 6, (SEEDS, together.width))
         ours, theirs = together.step(actions, actions)[0], alone.step(actions[1:], actions[1:])[0]

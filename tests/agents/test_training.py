@@ -6,7 +6,7 @@ import torch
 
 from hhrl_agents import METHODS
 from hhrl_agents.algorithms.make import make_learner, require_device
-from hhrl_agents.training.vehicles import Cast
+from hhrl_agents.training.drivers import Drivers
 from hhrl_envs import InputError, get_scenario
 
 
@@ -31,14 +31,14 @@ def test_ppo_stays_on_the_cpu(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_other_vehicles_than_the_ego_learn_by_double_dqn(name: str) -> None:
     worlds = np.arange(METHODS[name].config.n_envs, dtype=np.uint64)[None]
     with pytest.raises(InputError, match=f"method is '{name}'; write one that learns by Double DQN"):
-        make_learner(METHODS[name], get_scenario("platoon-v0"), (0,), worlds, cast=Cast((0, 1, 2, 3)))
+        make_learner(METHODS[name], get_scenario("platoon-v0"), (0,), worlds, drivers=Drivers((0, 1, 2, 3)))
 
 
 def test_a_replay_holds_a_step_of_every_vehicle() -> None:
     few = replace(METHODS["ddqn"], config=replace(METHODS["ddqn"].config, warmup=100, replay_capacity=100))
     worlds = np.arange(few.config.n_envs, dtype=np.uint64)[None]
     with pytest.raises(InputError, match="replay_capacity is 100; write at least 128, a step of every vehicle"):
-        make_learner(few, get_scenario("platoon-v0"), (0,), worlds, cast=Cast((0, 1, 2, 3)))
+        make_learner(few, get_scenario("platoon-v0"), (0,), worlds, drivers=Drivers((0, 1, 2, 3)))
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")

@@ -20,11 +20,11 @@ from hhrl_agents.replay.buffer import ReplayBuffer
 from hhrl_agents.replay.n_step import MultiStep
 from hhrl_agents.replay.samplers import make_sampler
 from hhrl_agents.stateful import Stateful, gather, scatter
+from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_agents.training.environments import StackedEnvironments
 from hhrl_agents.training.exploration import Explorer
 from hhrl_agents.training.learner import Progress, beyond_bound
 from hhrl_agents.training.start import NOTHING, Start
-from hhrl_agents.training.vehicles import EGO_ALONE, Cast
 from hhrl_envs import Scenario
 from hhrl_envs.errors import require_value
 from hhrl_envs.state import State, count, read, read_count
@@ -36,8 +36,8 @@ class Learner:
     """Trains E independent seeds of one method, stacked into shared tensors; a `TrainableStack`.
 
     method: what to train; scenario: the world to train in; seeds: one for each of the E learners, of all of its random
-    draws; world_seeds: uint64 [E, n_envs], the worlds of its environments; cast: which vehicles learn, and who drives
-    the others; start: what the seeds begin with. A seed's draws do not depend on the others.
+    draws; world_seeds: uint64 [E, n_envs], the worlds of its environments; drivers: which vehicles learn, and who
+    drives the others; start: what the seeds begin with. A seed's draws do not depend on the others.
     The tensors are small: train with one torch thread, more only wait for each other.
     """
 
@@ -48,12 +48,12 @@ class Learner:
         seeds: Sequence[int],
         world_seeds: npt.NDArray[np.uint64],
         device: str = "cpu",
-        cast: Cast = EGO_ALONE,
+        drivers: Drivers = EGO_ALONE,
         start: Start = NOTHING,
     ) -> None:
         config = method.config
         self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
-        self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds, cast)
+        self._environments = StackedEnvironments(method, scenario, len(seeds), world_seeds, drivers)
         capacity, width = config.replay_capacity, self._environments.width
         require_value(capacity >= width, "replay_capacity", capacity, f"at least {width}, a step of every vehicle")
         self.env_steps = self.updates = 0

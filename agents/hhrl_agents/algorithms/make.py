@@ -9,9 +9,9 @@ import torch
 from hhrl_agents.algorithms.double_dqn import Learner
 from hhrl_agents.algorithms.pqn import PQNLearner
 from hhrl_agents.methods.method import Method
+from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_agents.training.learner import TrainableStack
 from hhrl_agents.training.start import NOTHING, Start
-from hhrl_agents.training.vehicles import EGO_ALONE, Cast
 from hhrl_envs import Scenario
 from hhrl_envs.errors import InputError, require, require_value
 
@@ -22,20 +22,20 @@ def make_learner(
     seeds: Sequence[int],
     world_seeds: npt.NDArray[np.uint64],
     device: str = "cpu",
-    cast: Cast = EGO_ALONE,
+    drivers: Drivers = EGO_ALONE,
     start: Start = NOTHING,
 ) -> TrainableStack:
     """Return the learner of the method's algorithm; see `Learner` for the arguments.
 
     Raises:
         MissingExtraError: if the algorithm is a library's that is not installed.
-        InputError: if torch has no such device, the algorithm does not use it or has no place for such a cast or start,
-            or the start does not fit.
+        InputError: if torch has no such device, the algorithm does not use it or cannot train such vehicles or from
+            such a start, or the start does not fit.
     """
     require_device(device)
     if method.algorithm == "double-dqn":
-        return Learner(method, scenario, seeds, world_seeds, device, cast, start)
-    alone, plain = cast == EGO_ALONE, start is NOTHING
+        return Learner(method, scenario, seeds, world_seeds, device, drivers, start)
+    alone, plain = drivers == EGO_ALONE, start is NOTHING
     require_value(alone, "method", repr(method.id), "one that learns by Double DQN, to drive other than the ego")
     require_value(plain, "start", "a start from other parameters", f"none: {method.algorithm} begins from nothing")
     if method.algorithm == "ppo":

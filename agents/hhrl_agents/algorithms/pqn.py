@@ -24,10 +24,10 @@ from hhrl_agents.networks.value_networks import method_shapes, subset
 from hhrl_agents.policies.learned_agent import LearnedAgent, describe, make_agent
 from hhrl_agents.random_streams import Purpose, generators, restore_streams, save_streams
 from hhrl_agents.stateful import Stateful, gather, scatter
+from hhrl_agents.training.drivers import EGO_ALONE
 from hhrl_agents.training.environments import StackedEnvironments
 from hhrl_agents.training.exploration import GREEDY, Explorer
 from hhrl_agents.training.learner import Progress
-from hhrl_agents.training.vehicles import EGO_ALONE
 from hhrl_envs import Scenario
 from hhrl_envs.state import State, count, read_count
 

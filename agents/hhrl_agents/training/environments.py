@@ -10,7 +10,7 @@ from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.replay.buffer import Transitions
 from hhrl_agents.stateful import Stateful
-from hhrl_agents.training.vehicles import Cast
+from hhrl_agents.training.drivers import Drivers
 from hhrl_envs import Outcome, Scenario
 from hhrl_envs.errors import InputError
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
@@ -18,33 +18,33 @@ from hhrl_envs.simulation.simulator import Results
 
 
 class StackedEnvironments:
-    """`n_envs` environments for each of E seeds, in each of them the vehicles of the cast, which all learn alike.
+    """`n_envs` environments for each of E seeds, whose learning vehicles all learn alike.
 
     An environment begins its next episode when those of all its learning vehicles have ended; until then the ones that
     have ended wait.
 
     method: how many environments a seed has, what is remembered of observations, and what is rewarded; num_seeds: E;
-    world_seeds: uint64 [E, n_envs]; cast: which vehicles learn, and who drives the others.
+    world_seeds: uint64 [E, n_envs]; drivers: which vehicles learn, and who drives the others.
 
     Attributes:
-        width: learning vehicles of a seed, n = n_envs x the cast's slots, those of an environment side by side.
+        width: learning vehicles of a seed, n = n_envs x the slots that learn, those of an environment side by side.
         features: what the networks read now, float32 [E, n, features].
         outcome_counts: episodes of vehicles that ended since `clear_counts`, int64 [E, outcomes].
     """
 
     def __init__(
-        self, method: Method, scenario: Scenario, num_seeds: int, world_seeds: npt.NDArray[np.uint64], cast: Cast
+        self, method: Method, scenario: Scenario, num_seeds: int, world_seeds: npt.NDArray[np.uint64], drivers: Drivers
     ) -> None:
         shape = (num_seeds, method.config.n_envs)
         if np.shape(world_seeds) != shape:
             raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {shape}")
-        self._method, self._cast, self._num_seeds = method, cast, num_seeds
-        self.width = method.config.n_envs * len(cast.slots)
-        self._simulator = cast.simulator(scenario, world_seeds.size)
+        self._method, self._drivers, self._num_seeds = method, drivers, num_seeds
+        self.width = method.config.n_envs * len(drivers.slots)
+        self._simulator = drivers.simulator(scenario, world_seeds.size)
         self._simulator.reset(world_seeds.reshape(-1))
         self._memory = Traces(method.config.memory)
         self._begin(np.ones(self._simulator.num_rows, np.bool_))
-        self._results = cast.results(self._simulator)
+        self._results = drivers.results(self._simulator)
         self.features = self._observe(None)
         self.clear_counts()
 
@@ -55,8 +55,8 @@ class StackedEnvironments:
         observations are those before any new episode begins.
         """
         simulator, features, waited = self._simulator, self.features, self._ended()
-        simulator.step(self._cast.actions(simulator, actions.reshape(-1)))
-        self._results = results = self._cast.results(simulator)
+        simulator.step(self._drivers.actions(simulator, actions.reshape(-1)))
+        self._results = results = self._drivers.results(simulator)
         ended = self._ended()
         step = Transitions(
             features,
@@ -76,26 +76,26 @@ class StackedEnvironments:
 
     def parts(self) -> Mapping[str, Stateful]:
         """Return what a learner has to save of the environments, by its name; see `look` for what follows."""
-        partners = {f"partner-{slot}": agent for slot, agent in self._cast.partners.items()}
-        remembering = {name: agent for name, agent in partners.items() if isinstance(agent, Stateful)}
+        others = {f"other-{slot}": agent for slot, agent in self._drivers.others.items()}
+        remembering = {name: agent for name, agent in others.items() if isinstance(agent, Stateful)}
         return {"simulator": self._simulator, "memory": self._memory, **remembering}
 
     def look(self) -> None:
         """Return nothing; make `features` anew from parts that were restored."""
-        self._results = self._cast.results(self._simulator)
+        self._results = self._drivers.results(self._simulator)
         self.features = self._observe(np.zeros(len(self._results.outcomes), np.bool_))
 
     def _next_episodes(self, ended: BoolArray) -> None:
         over: BoolArray = np.all(ended.reshape(self._simulator.num_rows, -1), axis=1, keepdims=False)
         self._simulator.next_episode(over)
-        self._results = self._cast.results(self._simulator)
+        self._results = self._drivers.results(self._simulator)
         self.features = self._observe(self._begin(over))
 
     def _begin(self, rows: BoolArray) -> BoolArray:
-        """Return which vehicles begin an episode with these rows, having told memory and partners."""
-        begun = np.repeat(rows, len(self._cast.slots))
+        """Return which vehicles begin an episode with these rows and tell them to the memory and the other drivers."""
+        begun = np.repeat(rows, len(self._drivers.slots))
         self._memory.begin(begun)
-        self._cast.begin(rows)
+        self._drivers.begin(rows)
         return begun
 
     def _ended(self) -> BoolArray:

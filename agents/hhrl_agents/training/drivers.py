@@ -12,24 +12,24 @@ from hhrl_envs.errors import InputError
 from hhrl_envs.simulation.simulator import Results
 
 
-class Cast(NamedTuple):
+class Drivers(NamedTuple):
     """The vehicles that one agent drives, all by the same policy, and the agents that drive the others.
 
-    slots: 0 is the ego, k its k-th front vehicle, ascending; partners: an agent for every other slot up to the last.
+    slots: 0 is the ego, k its k-th front vehicle, ascending; others: an agent for every other slot up to the last.
     """
 
     slots: tuple[int, ...] = (0,)
-    partners: Mapping[int, Agent] = MappingProxyType({})
+    others: Mapping[int, Agent] = MappingProxyType({})
 
     def simulator(self, scenario: Scenario, rows: int) -> Simulator:
-        """Return a simulator of so many rows with an agent for every vehicle of the cast.
+        """Return a simulator of so many rows in which an agent drives every vehicle that is named here.
 
         Raises:
             InputError: if a slot has no driver, or the scenario has no such front vehicle.
         """
-        agents = sorted([*self.slots, *self.partners])
+        agents = sorted([*self.slots, *self.others])
         if agents != list(range(len(agents))):
-            raise InputError(f"the cast drives the vehicles {agents}; name each of 0 to {agents[-1]} once")
+            raise InputError(f"the simulation drives the vehicles {agents}; name each of 0 to {agents[-1]} once")
         return Simulator(scenario, rows, learned_fronts=len(agents) - 1)
 
     def results(self, simulator: Simulator) -> Results:
@@ -40,9 +40,9 @@ class Cast(NamedTuple):
         return Results(*(np.stack(parts, axis=1).reshape(-1, *parts[0].shape[1:]) for parts in zip(*own, strict=True)))
 
     def begin(self, rows: BoolArray) -> None:
-        """Return nothing; tell the partners which rows, bool [B], begin an episode."""
-        for partner in self.partners.values():
-            partner.reset(rows)
+        """Tell the drivers of the other vehicles which rows, bool [B], begin an episode."""
+        for agent in self.others.values():
+            agent.reset(rows)
 
     def actions(self, simulator: Simulator, own: IntArray) -> IntArray:
         """Return what all vehicles do, as `Simulator.step` takes it, given what the own ones do, int64 [B slots]."""
@@ -50,9 +50,9 @@ class Cast(NamedTuple):
             return own
         actions = np.empty((simulator.num_rows, simulator.num_agents), np.int64)
         actions[:, self.slots] = own.reshape(simulator.num_rows, -1)
-        for slot, partner in self.partners.items():
-            actions[:, slot] = partner.act(simulator.of_agent(slot).observations.copy()).action
+        for slot, agent in self.others.items():
+            actions[:, slot] = agent.act(simulator.of_agent(slot).observations.copy()).action
         return actions
 
 
-EGO_ALONE = Cast()
+EGO_ALONE = Drivers()

@@ -7,7 +7,7 @@ import pytest
 
 from hhrl_agents import RULES, Decision
 from hhrl_agents.agent import BoolArray, Float32Array
-from hhrl_agents.training.vehicles import EGO_ALONE, Cast
+from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_envs import InputError, Simulator, get_scenario
 from hhrl_envs.simulation.simulator import Results
 
@@ -31,8 +31,8 @@ class Constant:
         return Decision(np.full(len(observations), -1), np.full(len(observations), self.action))
 
 
-def begun(cast: Cast, scenario: str) -> Simulator:
-    simulator = cast.simulator(get_scenario(scenario), ROWS)
+def begun(drivers: Drivers, scenario: str) -> Simulator:
+    simulator = drivers.simulator(get_scenario(scenario), ROWS)
     simulator.reset(np.arange(ROWS))
     return simulator
 
@@ -47,13 +47,13 @@ def test_the_ego_alone_is_a_simulator_with_one_agent() -> None:
 
 
 def test_the_results_of_a_row_s_vehicles_stand_side_by_side() -> None:
-    cast = Cast((0, 1, 2, 3))
-    simulator = begun(cast, "platoon-v0")
+    drivers = Drivers((0, 1, 2, 3))
+    simulator = begun(drivers, "platoon-v0")
     own = np.random.default_rng(0).integers(0, 6, 4 * ROWS)
-    actions = cast.actions(simulator, own)
+    actions = drivers.actions(simulator, own)
     np.testing.assert_array_equal(actions, own.reshape(ROWS, 4))
     simulator.step(actions)
-    results = cast.results(simulator)
+    results = drivers.results(simulator)
     for slot in range(4):
         for field in Results._fields:
             own_part, expected = getattr(results, field)[slot::4], getattr(simulator.of_agent(slot), field)
@@ -61,28 +61,28 @@ def test_the_results_of_a_row_s_vehicles_stand_side_by_side() -> None:
 
 
 @pytest.mark.parametrize(("own", "other"), [(0, 1), (1, 0)])
-def test_a_partner_sees_and_drives_its_own_vehicle(own: int, other: int) -> None:
-    partner = Constant(4)
-    cast = Cast((own,), {other: partner})
-    simulator = begun(cast, "adversary-v0")
-    cast.begin(np.ones(ROWS, np.bool_))
+def test_another_driver_sees_and_drives_its_own_vehicle(own: int, other: int) -> None:
+    agent = Constant(4)
+    drivers = Drivers((own,), {other: agent})
+    simulator = begun(drivers, "adversary-v0")
+    drivers.begin(np.ones(ROWS, np.bool_))
     expected = np.empty((ROWS, 2), np.int64)
     expected[:, own], expected[:, other] = np.arange(ROWS) % 6, 4
-    np.testing.assert_array_equal(cast.actions(simulator, np.arange(ROWS) % 6), expected)
-    np.testing.assert_array_equal(partner.seen[0], simulator.of_agent(other).observations)
-    assert partner.begun[0].all()
+    np.testing.assert_array_equal(drivers.actions(simulator, np.arange(ROWS) % 6), expected)
+    np.testing.assert_array_equal(agent.seen[0], simulator.of_agent(other).observations)
+    assert agent.begun[0].all()
 
 
 @pytest.mark.parametrize(
-    ("slots", "partners", "message"),
+    ("slots", "others", "message"),
     [
         ((1,), {}, r"drives the vehicles \[1\]; name each of 0 to 1 once"),
         ((0, 1), {1: RULES["rule-4"](ADVERSARY)}, r"\[0, 1, 1\]"),
         ((0, 1, 2), {}, "learned_fronts is 2; write 0 to 0 for scenario 'solo-stop-v0'|learned_fronts"),
     ],
 )
-def test_a_cast_that_cannot_be_is_refused(
-    slots: tuple[int, ...], partners: Mapping[int, Constant], message: str
+def test_drivers_that_cannot_be_are_refused(
+    slots: tuple[int, ...], others: Mapping[int, Constant], message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
-        Cast(slots, partners).simulator(get_scenario("solo-stop-v0"), 1)
+        Drivers(slots, others).simulator(get_scenario("solo-stop-v0"), 1)
