@@ -12,10 +12,11 @@ def test_every_module_has_a_page_and_nothing_is_warned_of(tmp_path: Path) -> Non
     command = [sys.executable, str(ROOT / "docs" / "api.py"), str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-    sources = [path for package in PACKAGES for path in (ROOT / package).glob("*.py")]
-    modules = {f"{path.parent.name}/{path.stem}.html" for path in sources if not path.stem.startswith("__")}
-    packages = {f"{Path(package).name}.html" for package in PACKAGES}
+    sources = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py") if path.stem != "__main__"]
+    parts = [(path.parent if path.stem == "__init__" else path.with_suffix("")).parts for path in sources]
+    tops = {Path(package).name for package in PACKAGES}
+    expected = {"/".join(one[next(i for i, part in enumerate(one) if part in tops) :]) + ".html" for one in parts}
     pages = {page.relative_to(tmp_path).as_posix() for page in tmp_path.rglob("*.html")}
-    assert pages == modules | packages | {"index.html"}
+    assert pages == expected | {"index.html"}
     for page in pages - {"index.html"}:
         assert 'class="docstring"' in (tmp_path / page).read_text(), page
