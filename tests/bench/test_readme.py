@@ -12,12 +12,15 @@ from support.command_line import invoke
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "environments/README.md")
+COMMANDED = ("README.md", "docs/analysis.md", "docs/training.md", "docs/traffic.md", "docs/transfer.md", "docs/extending.md")
 SLOW = tuple(
     f"hhrl-bench {verb}"
     for verb in (
         "train",
         "run",
         "evaluate runs/",
+        "evaluate platoon",
+        "evaluate ddqn --task adversary-v0",
         "leaderboard",
         "transfer",
         "figures",
@@ -32,7 +35,7 @@ def blocks(page: str, language: str) -> list[str]:
 
 
 def commands() -> list[str]:
-    lines = [line for block in blocks("README.md", "sh") for line in block.splitlines()]
+    lines = [line for page in COMMANDED for block in blocks(page, "sh") for line in block.splitlines()]
     own_agent = re.findall(r"`(hhrl-bench evaluate my_agent[^`]*)`", (ROOT / "README.md").read_text())
     return [line for line in [*lines, *own_agent] if line.startswith("hhrl-bench ")]
 
