@@ -2,13 +2,7 @@
 
 from typing import NamedTuple, Protocol, runtime_checkable
 
-import numpy as np
-import numpy.typing as npt
-
-BoolArray = npt.NDArray[np.bool_]
-IntArray = npt.NDArray[np.int64]
-Float32Array = npt.NDArray[np.float32]
-FloatArray = npt.NDArray[np.float64]
+from hhrl_envs.arrays import Flags, Floats32, Ints
 
 NO_OPTION = NO_ACTION = -1
 
@@ -20,21 +14,21 @@ class Decision(NamedTuple):
     action: int64 [B], an index into `scenario.vehicle.levels`.
     """
 
-    option: IntArray
-    action: IntArray
+    option: Ints
+    action: Ints
 
 
 @runtime_checkable
 class Agent(Protocol):
     """A behaviour policy for a batch of independent rows."""
 
-    def reset(self, mask: BoolArray) -> None:
+    def reset(self, mask: Flags) -> None:
         """Return nothing; forget what is remembered of the rows that start a new episode (mask, bool [B]).
 
         Called with an all-true mask before the first `act`; a change of B is announced the same way.
         """
 
-    def act(self, observations: Float32Array) -> Decision:
+    def act(self, observations: Floats32) -> Decision:
         """Return the option and the action of every row for `observations`, float32 [B, 11]."""
 
 
@@ -42,7 +36,7 @@ class Agent(Protocol):
 class HierarchicalAgent(Agent, Protocol):
     """An agent whose action level can be given the option (sub-goal) to pursue."""
 
-    def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
+    def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
         """Return the actions, int64 [B], that pursue `option`, int64 [B], at `observations`, float32 [B, 11]."""
 
 

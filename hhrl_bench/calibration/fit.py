@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import OptimizeResult, differential_evolution
 
-from hhrl_agents.agent import BoolArray
 from hhrl_agents.rules.paper_rules import PAPER_RULES, RuleAgent
 from hhrl_bench.calibration import space
 from hhrl_bench.calibration.target import COLUMNS, ROWS, FloatArray, objective
@@ -18,6 +17,7 @@ from hhrl_bench.progress import Update, silent
 from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import VALIDATION
 from hhrl_envs import InputError, Outcome, Scenario, Simulator
+from hhrl_envs.arrays import Flags
 from hhrl_envs.simulation import rewards
 
 ENDINGS = (Outcome.COLLISION, Outcome.NOT_STOP, Outcome.TIMEOUT, Outcome.SUCCESS)
@@ -60,7 +60,7 @@ def _side_by_side(scenario: Scenario) -> RuleAgent:
     """Return the agent that plays rule r in the r-th part of its rows."""
     rules = [PAPER_RULES[row.counterpart](scenario).follow for row in ROWS]
 
-    def follow(state: FloatArray) -> BoolArray:
+    def follow(state: FloatArray) -> Flags:
         return np.concatenate([rule(part) for rule, part in zip(rules, np.split(state, len(rules)), strict=True)])
 
     return RuleAgent(scenario, follow)

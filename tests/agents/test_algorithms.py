@@ -11,8 +11,8 @@ from hhrl_agents.agent import ACTION, OPTION
 from hhrl_agents.algorithms.td_errors import Algorithm, DoubleDQN, HierarchicalDoubleDQN
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import method_shapes
-from hhrl_agents.random_streams import Purpose, generators
 from hhrl_agents.replay.buffer import Batch
+from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.training.exploration import GREEDY
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs.observation import SIZE

@@ -17,7 +17,7 @@ from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.checkpoints import CheckpointError, frozen_parameters
 from hhrl_agents.policies.learned_agent import LearnedAgent, describe, make_agent
-from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import get_scenario
 from hhrl_envs.observation import SIZE
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES, Decision
-from hhrl_agents.agent import BoolArray, Float32Array
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_envs import InputError, Simulator, get_scenario
+from hhrl_envs.arrays import Flags, Floats32
 from hhrl_envs.simulation.simulator import Results
 
 PLATOON, ADVERSARY = get_scenario("platoon-v0"), get_scenario("adversary-v0")
@@ -20,13 +20,13 @@ class Constant:
 
     def __init__(self, action: int) -> None:
         self.action = action
-        self.seen: list[Float32Array] = []
-        self.begun: list[BoolArray] = []
+        self.seen: list[Floats32] = []
+        self.begun: list[Flags] = []
 
-    def reset(self, mask: BoolArray) -> None:
+    def reset(self, mask: Flags) -> None:
         self.begun.append(mask)
 
-    def act(self, observations: Float32Array) -> Decision:
+    def act(self, observations: Floats32) -> Decision:
         self.seen.append(observations)
         return Decision(np.full(len(observations), -1), np.full(len(observations), self.action))
 

@@ -1,18 +1,18 @@
 import numpy as np
 import pytest
 
-from hhrl_agents.agent import IntArray
-from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.training.exploration import GREEDY, Explorer
+from hhrl_envs.arrays import Ints
 
 
-def draws(epsilon: float, longest: int, steps: int = 4000, seeds: tuple[int, ...] = (1, 2)) -> IntArray:
+def draws(epsilon: float, longest: int, steps: int = 4000, seeds: tuple[int, ...] = (1, 2)) -> Ints:
     """What is tried in `steps` steps, [steps, E, n], of the choices 3, 4, 5."""
     explorer = Explorer(generators(seeds, Purpose.EXPLORATION), 8, np.array([3, 4, 5]), longest)
     return np.stack([explorer.draw(epsilon) for _ in range(steps)])
 
 
-def runs(trail: IntArray) -> list[int]:
+def runs(trail: Ints) -> list[int]:
     """Lengths of the stretches without a greedy step in a trail of one environment."""
     tried = np.concatenate(([False], trail != GREEDY, [False]))
     edges = np.flatnonzero(np.diff(tried.astype(np.int64)))

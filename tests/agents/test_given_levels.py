@@ -16,8 +16,8 @@ from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.checkpoints import frozen_parameters
 from hhrl_agents.policies.learned_agent import HierarchicalLearnedAgent, make_agent
-from hhrl_agents.random_streams import Purpose, generators
 from hhrl_agents.replay.buffer import Batch
+from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.training.exploration import GREEDY
 from hhrl_envs import InputError, Option, Simulator, get_scenario
 from hhrl_envs.observation import D_D, SIZE

@@ -11,7 +11,7 @@ from hhrl_agents.algorithms.level import LearnedLevel, double_q, shortfall
 from hhrl_agents.networks.mlp import MLP, mlp_shapes
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import mask_penalty
-from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.training.exploration import GREEDY
 from hhrl_envs.observation import SIZE
 

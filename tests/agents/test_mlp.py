@@ -4,7 +4,7 @@ import torch
 
 from hhrl_agents.networks.mlp import MLP, linear_backward, mlp_shapes
 from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.seeding import Purpose, generators
 from support import plain_networks
 
 CPU = torch.device("cpu")

@@ -3,9 +3,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from hhrl_agents.agent import BoolArray
 from hhrl_agents.replay.buffer import Transitions
 from hhrl_agents.replay.n_step import MultiStep
+from hhrl_envs.arrays import Flags
 from hhrl_envs.observation import SIZE
 
 GAMMA = 0.9
@@ -17,7 +17,7 @@ class Episodes(NamedTuple):
     """Steps and whether they ended an episode, by time."""
 
     steps: list[Transitions]
-    ended: list[BoolArray]
+    ended: list[Flags]
 
 
 def episodes(rng: np.random.Generator, ends: np.ndarray[tuple[int, int, int], np.dtype[np.int64]]) -> Episodes:

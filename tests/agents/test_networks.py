@@ -17,7 +17,7 @@ from hhrl_agents.networks.value_networks import (
     one_hot,
     subset,
 )
-from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs.observation import D_D, SIZE
 from support import plain_networks
 

@@ -4,7 +4,7 @@ import torch
 
 from hhrl_agents.networks.mlp import mlp_shapes
 from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.seeding import Purpose, generators
 
 SHAPES = {f"{level}.{name}": shape for level in ("option", "action") for name, shape in mlp_shapes(11, 8, 3).items()}
 

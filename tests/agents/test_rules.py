@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES, HierarchicalAgent
-from hhrl_agents.agent import FloatArray
 from hhrl_envs import Option, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs import observation as obs
+from hhrl_envs.arrays import Floats
 from hhrl_envs.simulation.rewards import UNSAFE_FFV, UNSAFE_SSL
 
 MAIN = get_scenario("stop-line-v0")
@@ -21,7 +21,7 @@ def observations(**si: float) -> np.ndarray[tuple[int, int], np.dtype[np.float32
     return row * obs.SCALES
 
 
-def drive(rule: str, scenario: Scenario = MAIN) -> tuple[FloatArray, Simulator, FloatArray]:
+def drive(rule: str, scenario: Scenario = MAIN) -> tuple[Floats, Simulator, Floats]:
     """Drive one episode in each of `EPISODES` worlds: outcome shares, the simulator at the end, summed terms."""
     simulator = Simulator(scenario, EPISODES)
     simulator.reset(np.arange(EPISODES) + 7_000)

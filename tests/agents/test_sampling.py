@@ -5,17 +5,17 @@ import pytest
 from scipy import stats
 
 from hhrl_agents import METHODS
-from hhrl_agents.agent import FloatArray, IntArray
 from hhrl_agents.methods.configs import DoubleDQNConfig
-from hhrl_agents.random_streams import Purpose, generators
 from hhrl_agents.replay.samplers import SCALE_RATE, Draw, PrioritizedSampler, UniformSampler, make_sampler
+from hhrl_agents.seeding import Purpose, generators
+from hhrl_envs.arrays import Floats, Ints
 
 CONFIG = DoubleDQNConfig(batch_size=16, priority_floor=0.05, priority_exponent=0.7, importance_exponent=0.5)
 ALPHA, BETA, FLOOR = CONFIG.priority_exponent, CONFIG.importance_exponent, CONFIG.priority_floor
 SEEDS = (1, 2, 3)
 STORED, SIZE = 50, CONFIG.batch_size
-ALL: IntArray = np.tile(np.arange(STORED), (len(SEEDS), 1))
-HELD: IntArray = np.full(len(SEEDS), STORED)
+ALL: Ints = np.tile(np.arange(STORED), (len(SEEDS), 1))
+HELD: Ints = np.full(len(SEEDS), STORED)
 BOTH_KINDS = pytest.mark.parametrize(("levels", "trees"), [(1, 1), (2, 1), (2, 2)])
 
 
@@ -27,25 +27,25 @@ def sampler(
     return made
 
 
-def errors_of(rng: np.random.Generator, levels: int = 2) -> FloatArray:
+def errors_of(rng: np.random.Generator, levels: int = 2) -> Floats:
     errors = np.abs(rng.normal(size=(levels, len(SEEDS), STORED)))
     errors[-1] *= 5.0
     return errors
 
 
-def leaves(made: PrioritizedSampler, seeds: int = len(SEEDS)) -> FloatArray:
+def leaves(made: PrioritizedSampler, seeds: int = len(SEEDS)) -> Floats:
     """The priorities to the power of alpha, [trees, E, stored]."""
     indices = np.tile(np.arange(STORED), (len(made._trees.nodes), 1))
     return made._trees.priorities(indices).reshape(-1, seeds, STORED)
 
 
-def chances(made: PrioritizedSampler) -> FloatArray:
+def chances(made: PrioritizedSampler) -> Floats:
     held = leaves(made)
-    shares: FloatArray = held / held.sum(-1, keepdims=True)
+    shares: Floats = held / held.sum(-1, keepdims=True)
     return shares
 
 
-def by_tree(draw: Draw, trees: int) -> IntArray:
+def by_tree(draw: Draw, trees: int) -> Ints:
     """The drawn indices, [E, trees, K]."""
     return draw.indices.reshape(len(SEEDS), trees, -1)
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from hhrl_agents.random_streams import Purpose, generators, uniforms
+from hhrl_agents.seeding import Purpose, generators, uniforms
 
 
 def test_a_seed_draws_the_same_whoever_is_stacked_with_it() -> None:

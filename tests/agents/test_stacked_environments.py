@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from hhrl_agents import METHODS, RULES
-from hhrl_agents.agent import NO_ACTION, BoolArray
+from hhrl_agents.agent import NO_ACTION
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.replay.buffer import Transitions
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_agents.training.environments import StackedEnvironments
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
+from hhrl_envs.arrays import Flags
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 
 N_ENVS, SEEDS, STEPS = 6, 2, 700
@@ -36,7 +37,7 @@ def made(scenario: str) -> StackedEnvironments:
     return StackedEnvironments(method(), get_scenario(scenario), SEEDS, worlds, drivers_of(scenario))
 
 
-def driven(environments: StackedEnvironments, steps: int = STEPS) -> list[tuple[Transitions, BoolArray]]:
+def driven(environments: StackedEnvironments, steps: int = STEPS) -> list[tuple[Transitions, Flags]]:
     """Steps in which every vehicle drives at random, but for a brake now and then that lets some of them stop."""
     rng, played = np.random.default_rng(1), []
     for _ in range(steps):
@@ -82,7 +83,7 @@ def test_transitions_are_those_of_the_worlds_driven_by_hand(scenario: str) -> No
             np.testing.assert_array_equal(step.observations.reshape(rows, len(slots), -1)[:, k], seen[k])
             seen[k] = traces[k].observe(own.observations.copy())
             np.testing.assert_array_equal(step.next_observations.reshape(rows, len(slots), -1)[:, k], seen[k])
-        begun: BoolArray = np.all(ended, axis=1, keepdims=False)
+        begun: Flags = np.all(ended, axis=1, keepdims=False)
         simulator.next_episode(begun)
         for k, slot in enumerate(slots):
             traces[k].begin(begun)

@@ -4,23 +4,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from hhrl_agents.agent import FloatArray
 from hhrl_agents.replay.sum_tree import FAN_OUT, SumTrees
+from hhrl_envs.arrays import Floats
 
 SIZES = pytest.mark.parametrize("leaves", [8, 9, 64, 65, 1000])
 ABOVE = np.nextafter(1.0, 0.0)
 
 
-def tree_of(priorities: FloatArray) -> SumTrees:
+def tree_of(priorities: Floats) -> SumTrees:
     trees = SumTrees(1, priorities.size)
     trees.assign(np.arange(priorities.size)[None], priorities[None])
     return trees
 
 
-def some_priorities(leaves: int) -> FloatArray:
+def some_priorities(leaves: int) -> Floats:
     """Priorities of very different size, a fifth of them zero, the first and the last one too."""
     rng = np.random.default_rng(leaves)
-    priorities: FloatArray = rng.random(leaves) * rng.choice([0.0, 0.2, 1.0, 1.0, 5.0], leaves)
+    priorities: Floats = rng.random(leaves) * rng.choice([0.0, 0.2, 1.0, 1.0, 5.0], leaves)
     priorities[[0, -1]] = 0.0
     return priorities
 

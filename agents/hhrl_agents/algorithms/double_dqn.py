@@ -7,7 +7,6 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from hhrl_agents.agent import FloatArray
 from hhrl_agents.algorithms.td_errors import make_algorithm
 from hhrl_agents.methods.method import Method
 from hhrl_agents.networks.adam import Adam
@@ -15,10 +14,10 @@ from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.policies.checkpoints import frozen_parameters
 from hhrl_agents.policies.learned_agent import LearnedAgent, describe, make_agent
-from hhrl_agents.random_streams import Purpose, generators
 from hhrl_agents.replay.buffer import ReplayBuffer
 from hhrl_agents.replay.n_step import MultiStep
 from hhrl_agents.replay.samplers import make_sampler
+from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.stateful import Stateful, gather, scatter
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_agents.training.environments import StackedEnvironments
@@ -26,6 +25,7 @@ from hhrl_agents.training.exploration import Explorer
 from hhrl_agents.training.learner import Progress, beyond_bound
 from hhrl_agents.training.start import NOTHING, Start
 from hhrl_envs import Scenario
+from hhrl_envs.arrays import Floats
 from hhrl_envs.errors import require_value
 from hhrl_envs.state import State, count, read, read_count
 
@@ -189,7 +189,7 @@ class Learner:
     def _clear_meters(self) -> None:
         self._reported_updates = self.updates
         self._values = {}
-        self._losses: FloatArray = np.zeros((len(self.algorithm.levels), len(self.seeds)))
+        self._losses: Floats = np.zeros((len(self.algorithm.levels), len(self.seeds)))
         self._environments.clear_counts()
 
 

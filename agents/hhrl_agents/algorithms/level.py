@@ -7,11 +7,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.agent import FloatArray, IntArray
 from hhrl_agents.networks.mlp import Parameters
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import subset
 from hhrl_agents.training.exploration import GREEDY
+from hhrl_envs.arrays import Floats, Ints
 
 
 class LevelErrors(NamedTuple):
@@ -28,7 +28,7 @@ class LevelErrors(NamedTuple):
     trace: Any
     gradients: Parameters
 
-    def backward(self, part: slice, weights: Tensor) -> FloatArray:
+    def backward(self, part: slice, weights: Tensor) -> Floats:
         """Return the losses float64 [E], the weighted mean squared errors of the columns `part`; write the gradients.
 
         weights: [E, 1, K] for the K columns of `part`.
@@ -38,7 +38,7 @@ class LevelErrors(NamedTuple):
         slope = torch.zeros_like(self.values[..., part])
         slope.scatter_(1, self.choices[..., part], weighted * (-2.0 / errors.shape[2]))
         self.network.backward(self.trace.columns(part), slope, self.gradients)
-        losses: FloatArray = (weighted * errors).mean((1, 2)).cpu().double().numpy()
+        losses: Floats = (weighted * errors).mean((1, 2)).cpu().double().numpy()
         return losses
 
 
@@ -64,7 +64,7 @@ class LearnedLevel:
         self._gradients = subset(stack.gradients, f"{level}.")
         self._alpha, self._penalty = alpha, penalty
 
-    def choose(self, tried: IntArray, *inputs: Tensor) -> IntArray:
+    def choose(self, tried: Ints, *inputs: Tensor) -> Ints:
         """Return the choices, int64 [E, n]: those `tried` [E, n], the best of the online network where it is GREEDY."""
         return np.where(tried == GREEDY, self._masked(self._online(*inputs)).max(1).indices.cpu().numpy(), tried)
 

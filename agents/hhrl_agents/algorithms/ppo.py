@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 import stable_baselines3
 
-from hhrl_agents.agent import FloatArray
 from hhrl_agents.algorithms.double_dqn import linear
 from hhrl_agents.algorithms.ppo_seed import LOSSES, PPOSeed
 from hhrl_agents.methods.configs import PPOConfig
@@ -16,6 +15,7 @@ from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.learned_agent import LearnedAgent, describe, make_agent
 from hhrl_agents.training.learner import Progress
 from hhrl_envs import Scenario
+from hhrl_envs.arrays import Floats
 from hhrl_envs.errors import InputError
 from hhrl_envs.state import State
 
@@ -43,7 +43,7 @@ class PPOLearner:
         The learning rate's schedule spans these `env_steps`, which are each seed's, rounded up to whole steps of its
         `n_envs` environments; the last rollout is as short as they ask for.
         """
-        config, losses = self._config, list[FloatArray]()
+        config, losses = self._config, list[Floats]()
         remaining = ceil(env_steps / config.n_envs)
         while remaining:
             steps = min(config.rollout_steps, remaining)
@@ -64,14 +64,14 @@ class PPOLearner:
     def restore(self, state: State) -> None:
         """Return nothing; there is nothing to restore."""
 
-    def _advance(self, steps: int, learning_rate: float) -> FloatArray:
+    def _advance(self, steps: int, learning_rate: float) -> Floats:
         """Return every seed's losses, [E, losses], after one rollout and its updates."""
         losses = np.stack([trained.advance(steps, learning_rate) for trained in self._trained])
         self.env_steps += steps * self._config.n_envs
         self.updates += self._config.epochs * ceil(steps * self._config.n_envs / self._config.batch_size)
         return losses
 
-    def _report(self, losses: Sequence[FloatArray]) -> Progress:
+    def _report(self, losses: Sequence[Floats]) -> Progress:
         means = np.mean(losses, axis=0)
         counts = np.stack([trained.counter.take() for trained in self._trained])
         return Progress(self.env_steps, self.updates, dict(zip(LOSSES, means.T, strict=True)), counts)

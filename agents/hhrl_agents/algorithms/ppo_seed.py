@@ -16,11 +16,11 @@ from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.vec_env import DummyVecEnv
 from torch import nn
 
-from hhrl_agents.agent import FloatArray, IntArray
 from hhrl_agents.methods.configs import PPOConfig
 from hhrl_agents.networks.mlp import Parameters
-from hhrl_agents.random_streams import Purpose, generators
+from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import Outcome, Scenario
+from hhrl_envs.arrays import Floats, Ints
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 from hhrl_envs.views.gym_env import StopLineEnv
 
@@ -39,7 +39,7 @@ class OutcomeCounter(BaseCallback):
             self.counts[info["outcome"]] += done
         return True
 
-    def take(self) -> IntArray:
+    def take(self) -> Ints:
         """Return what was counted since the last call."""
         counts, self.counts = self.counts, np.zeros_like(self.counts)
         return counts
@@ -73,7 +73,7 @@ class PPOSeed:
         self._layers[-1].bias.data += config.throttle_bias * torch.tensor(scenario.vehicle.levels)
         self._ppo.set_logger(Logger(folder=None, output_formats=[]))
 
-    def advance(self, steps: int, learning_rate: float) -> FloatArray:
+    def advance(self, steps: int, learning_rate: float) -> Floats:
         """Return the mean `LOSSES` of the updates after one rollout, `steps` steps of every environment."""
         self._learning_rate = learning_rate
         self._ppo.n_steps = self._ppo.rollout_buffer.buffer_size = steps

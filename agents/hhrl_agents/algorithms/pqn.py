@@ -13,7 +13,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from hhrl_agents.agent import ACTION, NO_OPTION, BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.agent import ACTION, NO_OPTION
 from hhrl_agents.algorithms.double_dqn import linear
 from hhrl_agents.algorithms.level import LevelErrors
 from hhrl_agents.methods.method import Method
@@ -22,13 +22,14 @@ from hhrl_agents.networks.mlp import MLP
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import method_shapes, subset
 from hhrl_agents.policies.learned_agent import LearnedAgent, describe, make_agent
-from hhrl_agents.random_streams import Purpose, generators, restore_streams, save_streams
+from hhrl_agents.seeding import Purpose, generators, restore_streams, save_streams
 from hhrl_agents.stateful import Stateful, gather, scatter
 from hhrl_agents.training.drivers import EGO_ALONE
 from hhrl_agents.training.environments import StackedEnvironments
 from hhrl_agents.training.exploration import GREEDY, Explorer
 from hhrl_agents.training.learner import Progress
 from hhrl_envs import Scenario
+from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
 from hhrl_envs.state import State, count, read_count
 
 _COUNTS = ("env_steps", "updates", "_reported_updates")
@@ -37,12 +38,12 @@ _COUNTS = ("env_steps", "updates", "_reported_updates")
 class Step(NamedTuple):
     """One step of every environment, [E, n, ...]: s, a, r, what discounts V(s'), s' before any reset, and its end."""
 
-    observations: Float32Array
-    actions: IntArray
-    rewards: FloatArray
-    discounts: FloatArray
-    next_observations: Float32Array
-    ended: BoolArray
+    observations: Floats32
+    actions: Ints
+    rewards: Floats
+    discounts: Floats
+    next_observations: Floats32
+    ended: Flags
 
 
 class Targets(NamedTuple):
@@ -189,9 +190,7 @@ class PQNLearner:
         self._environments.clear_counts()
 
 
-def lambda_returns(
-    rewards: FloatArray, discounts: FloatArray, values: FloatArray, ended: BoolArray, decay: float
-) -> FloatArray:
+def lambda_returns(rewards: Floats, discounts: Floats, values: Floats, ended: Flags, decay: float) -> Floats:
     """Return G_t = r_t + gamma_t ((1 - lambda) V(s_{t+1}) + lambda G_{t+1}), float64 [T, ...], time first.
 
     Where an episode ended, at the time limit too, or the rollout does, G_{t+1} is V(s_{t+1}). With V = max_a Q these

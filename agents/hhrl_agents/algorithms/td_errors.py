@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.agent import NO_OPTION, Float32Array, IntArray
+from hhrl_agents.agent import NO_OPTION
 from hhrl_agents.algorithms.level import LearnedLevel, LevelErrors
 from hhrl_agents.methods.method import Method
 from hhrl_agents.networks.mlp import MLP, Parameters
@@ -20,8 +20,9 @@ from hhrl_agents.policies.learned_agent import frozen_actions
 from hhrl_agents.replay.buffer import Batch
 from hhrl_agents.training.exploration import GREEDY
 from hhrl_envs import Scenario
+from hhrl_envs.arrays import Floats32, Ints
 
-Choices = tuple[IntArray, IntArray]
+Choices = tuple[Ints, Ints]
 """Options and actions, int64 [E, n] each."""
 
 
@@ -32,9 +33,9 @@ class Algorithm(Protocol):
     """
 
     levels: Sequence[str]
-    choices: Sequence[IntArray]
+    choices: Sequence[Ints]
 
-    def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
+    def choose(self, observations: Floats32, tried: Sequence[Ints]) -> Choices:
         """Return options and actions, int64 [E, n], for observations [E, n, features].
 
         tried: for each of `levels` the choices [E, n] to try, or `GREEDY` where the highest value decides.
@@ -49,12 +50,12 @@ class DoubleDQN:
 
     def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
         self.levels: Sequence[str] = method.levels
-        self.choices: Sequence[IntArray] = (np.arange(scenario.num_actions),)
+        self.choices: Sequence[Ints] = (np.arange(scenario.num_actions),)
         network = partial(MLP, layer_norm=method.config.layer_norm)
         self._action = LearnedLevel("action", network, stack, method.config.advantage_learning)
         self._device = stack.flat.device
 
-    def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
+    def choose(self, observations: Floats32, tried: Sequence[Ints]) -> Choices:
         """Return no options (-1) and the actions; see `Algorithm.choose`."""
         actions = self._action.choose(tried[0], _columns(observations, self._device))
         return np.full_like(actions, NO_OPTION), actions
@@ -87,7 +88,7 @@ class HierarchicalDoubleDQN:
         self._device = stack.flat.device
         self.levels: Sequence[str] = tuple(level for level in method.levels if level not in fixed)
         choices = {"option": np.flatnonzero(scenario.option_mask), "action": np.arange(scenario.num_actions)}
-        self.choices: Sequence[IntArray] = tuple(choices[level] for level in self.levels)
+        self.choices: Sequence[Ints] = tuple(choices[level] for level in self.levels)
         self._option = self._action = None
         alpha = method.config.advantage_learning
         if "option" in method.levels:
@@ -101,7 +102,7 @@ class HierarchicalDoubleDQN:
         else:
             self._given_actions = frozen_actions(method, scenario, frozen)
 
-    def choose(self, observations: Float32Array, tried: Sequence[IntArray]) -> Choices:
+    def choose(self, observations: Floats32, tried: Sequence[Ints]) -> Choices:
         """Return the options, and the actions given those; see `Algorithm.choose`."""
         states, rows, shape = _columns(observations, self._device), _rows(observations), tried[0].shape
         trials, greedy = dict(zip(self.levels, tried, strict=True)), np.full(shape, GREEDY)
@@ -135,7 +136,7 @@ class HierarchicalDoubleDQN:
         rows = states.transpose(1, 2).cpu().numpy()
         return self._column(self._given_options(_rows(rows)).reshape(rows.shape[:2]))
 
-    def _column(self, options: IntArray) -> Tensor:
+    def _column(self, options: Ints) -> Tensor:
         return torch.from_numpy(options).to(self._device).unsqueeze(1)
 
 
@@ -148,11 +149,11 @@ def make_algorithm(
     return DoubleDQN(method, scenario, stack)
 
 
-def _rows(features: Float32Array) -> Float32Array:
+def _rows(features: Floats32) -> Floats32:
     return features.reshape(-1, features.shape[-1])
 
 
-def _columns(observations: Float32Array, device: torch.device) -> Tensor:
+def _columns(observations: Floats32, device: torch.device) -> Tensor:
     return torch.from_numpy(observations).to(device).transpose(1, 2)
 
 

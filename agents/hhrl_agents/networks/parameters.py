@@ -11,8 +11,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.agent import Float32Array
 from hhrl_agents.networks.mlp import Shapes
+from hhrl_envs.arrays import Floats32
 from hhrl_envs.state import State, read
 
 
@@ -72,7 +72,7 @@ def _views(flat: Tensor, shapes: Shapes) -> dict[str, Tensor]:
     return {name: part.view(-1, *shape) for (name, shape), part in zip(shapes.items(), sections, strict=True)}
 
 
-def _initial(shapes: Shapes, stream: np.random.Generator) -> Float32Array:
+def _initial(shapes: Shapes, stream: np.random.Generator) -> Floats32:
     """Return one seed's parameters in the order of `shapes`: weights uniform in +-1/sqrt(fan in), biases zero."""
     bounds = [1.0 / sqrt(shape[0]) if name.endswith(".weight") else 0.0 for name, shape in shapes.items()]
     parts = [stream.uniform(-bound, bound, prod(shape)) for bound, shape in zip(bounds, shapes.values(), strict=True)]

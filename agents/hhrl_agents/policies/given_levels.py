@@ -4,16 +4,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hhrl_agents.agent import Float32Array, HierarchicalAgent, IntArray
+from hhrl_agents.agent import HierarchicalAgent
 from hhrl_agents.methods.method import Method
 from hhrl_agents.rules.paper_rules import PAPER_RULES, rule_2
 from hhrl_envs import Option, Scenario
+from hhrl_envs.arrays import Floats32, Ints
 from hhrl_envs.observation import SIZE
 
-Options = Callable[[Float32Array], IntArray]
+Options = Callable[[Floats32], Ints]
 """Options int64 [B] for what networks read, float32 [B, features], the observation first."""
 
-Actions = Callable[[Float32Array, IntArray], IntArray]
+Actions = Callable[[Floats32, Ints], Ints]
 """Actions int64 [B] for what networks read, float32 [B, features], and options int64 [B]."""
 
 
@@ -27,7 +28,7 @@ def given_actions(scenario: Scenario, ffv: HierarchicalAgent) -> Actions:
     """Return the action level that stops with the analytic controller and follows with the policy `ffv`."""
     stop = rule_2(scenario)
 
-    def act(features: Float32Array, option: IntArray) -> IntArray:
+    def act(features: Floats32, option: Ints) -> Ints:
         observations = features[:, :SIZE]
         following = ffv.act_with_option(observations, np.full_like(option, Option.FFV))
         return np.where(option == Option.FFV, following, stop.act_with_option(observations, option))

@@ -7,13 +7,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.agent import NO_OPTION, BoolArray, Decision, Float32Array, IntArray
+from hhrl_agents.agent import NO_OPTION, Decision
 from hhrl_agents.methods.method import Method
 from hhrl_agents.networks.mlp import MLP, Parameters
 from hhrl_agents.networks.value_networks import FFV, ActionNetwork, mask_penalty, one_hot, subset
 from hhrl_agents.policies.given_levels import Actions, Options, given_actions, given_options
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_envs import Scenario
+from hhrl_envs.arrays import Flags, Floats32, Ints
 from hhrl_envs.errors import InputError
 from hhrl_envs.state import State
 
@@ -37,7 +38,7 @@ class LearnedAgent:
     def _build(self) -> None:
         self._flat = MLP(subset(self.parameters, "action."), layer_norm=self.method.config.layer_norm)
 
-    def reset(self, mask: BoolArray) -> None:
+    def reset(self, mask: Flags) -> None:
         """Return nothing; forget the rows that start a new episode; see `Agent.reset`."""
         self._memory.begin(mask)
 
@@ -50,7 +51,7 @@ class LearnedAgent:
         self._memory.restore(state)
 
     @torch.no_grad()
-    def act(self, observations: Float32Array) -> Decision:
+    def act(self, observations: Floats32) -> Decision:
         """Return no option (-1) and the greedy action, int64 [B] each; see `Agent.act`."""
         actions = _best(self._flat(_states(self._memory.observe(observations))))
         return Decision(np.full_like(actions, NO_OPTION), actions)
@@ -74,19 +75,19 @@ class HierarchicalLearnedAgent(LearnedAgent):
             self._pursue = frozen_actions(method, scenario, parameters)
 
     @torch.no_grad()
-    def act(self, observations: Float32Array) -> Decision:
+    def act(self, observations: Floats32) -> Decision:
         """Return the option, and the action given it, int64 [B] each; see `Agent.act`."""
         features = self._memory.observe(observations)
         option = self._select(features)
         return Decision(option, self._pursue(features, option))
 
     @torch.no_grad()
-    def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
+    def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
         """Return the actions given the options, int64 [B]; see `HierarchicalAgent.act_with_option`."""
         return self._pursue(self._memory.observe(observations), option)
 
     @torch.no_grad()
-    def attention(self, observations: Float32Array, option: IntArray) -> Float32Array:
+    def attention(self, observations: Floats32, option: Ints) -> Floats32:
         """Return the attention I(s, o) on the 11 state elements, float32 [B, 11], each row summing to 1.
 
         Raises:
@@ -94,13 +95,13 @@ class HierarchicalLearnedAgent(LearnedAgent):
         """
         if "action" not in self.method.levels:
             raise InputError(f"method {self.method.id!r} has no attention: its action level is given")
-        weights: Float32Array = self._action.attention(_states(observations), _options(option))[0].T.numpy()
+        weights: Floats32 = self._action.attention(_states(observations), _options(option))[0].T.numpy()
         return weights
 
-    def _best_option(self, features: Float32Array) -> IntArray:
+    def _best_option(self, features: Floats32) -> Ints:
         return _best(self._option(_states(features)) + self._penalty)
 
-    def _best_action(self, features: Float32Array, option: IntArray) -> IntArray:
+    def _best_action(self, features: Floats32, option: Ints) -> Ints:
         return _best(self._action(_states(features), _options(option)))
 
 
@@ -132,14 +133,14 @@ def make_agent(method: Method, scenario: Scenario, parameters: Parameters, metad
     return kind(method, scenario, parameters, metadata)
 
 
-def _states(features: Float32Array) -> Tensor:
+def _states(features: Floats32) -> Tensor:
     return torch.from_numpy(np.array(features, np.float32, order="C")).unsqueeze(0).transpose(1, 2)
 
 
-def _options(option: IntArray) -> Tensor:
+def _options(option: Ints) -> Tensor:
     return one_hot(torch.tensor(option).view(1, 1, -1))
 
 
-def _best(values: Tensor) -> IntArray:
-    best: IntArray = values[0].max(0).indices.numpy()
+def _best(values: Tensor) -> Ints:
+    best: Ints = values[0].max(0).indices.numpy()
     return best

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hhrl_agents.agent import BoolArray, Float32Array
+from hhrl_envs.arrays import Flags, Floats32
 from hhrl_envs.observation import SIZE
 from hhrl_envs.state import State, read
 
@@ -30,14 +30,14 @@ class Traces:
         self._traces = read(state, "traces", self._traces).copy()
         self._fresh = read(state, "fresh", self._fresh).copy()
 
-    def begin(self, mask: BoolArray) -> None:
+    def begin(self, mask: Flags) -> None:
         """Return nothing; forget the rows of `mask`, bool [B]; all rows if their number changes."""
         if len(mask) != len(self._fresh):
             self._fresh = np.ones(len(mask), np.bool_)
             self._traces = np.zeros((len(mask), *self._traces.shape[1:]), np.float32)
         self._fresh |= mask
 
-    def observe(self, observations: Float32Array, rows: BoolArray | None = None) -> Float32Array:
+    def observe(self, observations: Floats32, rows: Flags | None = None) -> Floats32:
         """Return the observations [B, 11] with their traces beside them, float32 [B, 11 (1 + rates)].
 
         rows: bool [B], which rows are observed; the traces of the others stay. None is all.

@@ -6,7 +6,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.agent import NO_ACTION, Float32Array, FloatArray, IntArray
+from hhrl_agents.agent import NO_ACTION
+from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.state import State, read
 
 
@@ -18,12 +19,12 @@ class Transitions(NamedTuple):
     or 0 where the episode terminated.
     """
 
-    observations: Float32Array
-    options: IntArray
-    actions: IntArray
-    rewards: FloatArray
-    discounts: FloatArray
-    next_observations: Float32Array
+    observations: Floats32
+    options: Ints
+    actions: Ints
+    rewards: Floats
+    discounts: Floats
+    next_observations: Floats32
 
 
 class Batch(NamedTuple):
@@ -47,13 +48,13 @@ class ReplayBuffer:
 
     def __init__(self, num_seeds: int, capacity: int, features: int, device: torch.device) -> None:
         self.capacity = capacity
-        self.stored: IntArray = np.zeros(num_seeds, np.int64)
-        self._position: IntArray = np.zeros(num_seeds, np.int64)
+        self.stored: Ints = np.zeros(num_seeds, np.int64)
+        self._position: Ints = np.zeros(num_seeds, np.int64)
         self._features = features
         self._rows = torch.zeros((num_seeds, self.capacity, 2 * features + 5), device=device)
         self._first_rows = np.arange(num_seeds)[:, None] * self.capacity
 
-    def add(self, step: Transitions) -> IntArray:
+    def add(self, step: Transitions) -> Ints:
         """Return the indices [E, n] at which the transitions are now stored, in place of each seed's oldest ones.
 
         Those of vehicles that wait are not: their index is -1.
@@ -69,10 +70,10 @@ class ReplayBuffer:
         self.stored = np.minimum(self.stored + added, self.capacity)
         return np.where(acted, places, -1)
 
-    def largest_reward(self) -> FloatArray:
+    def largest_reward(self) -> Floats:
         """Return the largest absolute reward of any level that each seed's transitions hold, float64 [E]."""
         rewards = self._rows[:, : self.stored.max(), 2 * self._features : 2 * self._features + 2]
-        largest: FloatArray = rewards.abs().amax((1, 2)).cpu().double().numpy()
+        largest: Floats = rewards.abs().amax((1, 2)).cpu().double().numpy()
         return largest
 
     def state(self) -> State:
@@ -87,7 +88,7 @@ class ReplayBuffer:
         stored = self._rows[:, : self.stored.max()]
         stored.copy_(torch.from_numpy(read(state, "rows", stored.cpu().numpy())))
 
-    def gather(self, indices: IntArray) -> Batch:
+    def gather(self, indices: Ints) -> Batch:
         """Return the transitions at `indices`, int64 [E, M], each column from its seed's own ring."""
         flat = torch.from_numpy((indices + self._first_rows).reshape(-1)).to(self._rows.device)
         rows = self._rows.view(-1, self._rows.shape[2]).index_select(0, flat).view(*indices.shape, -1).transpose(1, 2)

@@ -4,9 +4,9 @@ from collections import deque
 
 import numpy as np
 
-from hhrl_agents.agent import BoolArray
 from hhrl_agents.replay.buffer import Transitions
 from hhrl_agents.stateful import below, prefixed
+from hhrl_envs.arrays import Flags
 from hhrl_envs.state import State, count, read_count
 
 
@@ -19,9 +19,9 @@ class MultiStep:
 
     def __init__(self, n_steps: int) -> None:
         self._n_steps = n_steps
-        self._window: deque[tuple[Transitions, BoolArray]] = deque()
+        self._window: deque[tuple[Transitions, Flags]] = deque()
 
-    def push(self, step: Transitions, ended: BoolArray) -> Transitions | None:
+    def push(self, step: Transitions, ended: Flags) -> Transitions | None:
         """Return the transition that begins `n_steps` - 1 steps ago, none as long as there are too few.
 
         ended: bool [E, n], where the step was an episode's last.
@@ -52,7 +52,7 @@ class MultiStep:
             self._window.append((Transitions(**arrays), ended))
 
 
-def _followed_by(joined: Transitions, later: Transitions, goes_on: BoolArray) -> Transitions:
+def _followed_by(joined: Transitions, later: Transitions, goes_on: Flags) -> Transitions:
     each = goes_on[..., None]
     return joined._replace(
         rewards=joined.rewards + np.where(each, joined.discounts[..., None] * later.rewards, 0.0),

@@ -5,12 +5,13 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from hhrl_agents.agent import ACTION, OPTION, Float32Array, FloatArray, IntArray
+from hhrl_agents.agent import ACTION, OPTION
 from hhrl_agents.methods.configs import DoubleDQNConfig
 from hhrl_agents.methods.method import Method
-from hhrl_agents.random_streams import restore_streams, save_streams, uniforms
 from hhrl_agents.replay.sum_tree import SumTrees
+from hhrl_agents.seeding import restore_streams, save_streams, uniforms
 from hhrl_agents.stateful import Stateful
+from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.state import State, read
 
 SCALE_RATE = 0.01
@@ -24,21 +25,21 @@ class Draw(NamedTuple):
     each level what its squared errors are multiplied with, float32 [E, 1, K].
     """
 
-    indices: IntArray
+    indices: Ints
     parts: Sequence[slice]
-    weights: Sequence[Float32Array]
+    weights: Sequence[Floats32]
 
 
 class Sampler(Stateful, Protocol):
     """What a learner asks of a way to sample the replay buffer."""
 
-    def added(self, indices: IntArray) -> None:
+    def added(self, indices: Ints) -> None:
         """Return nothing; take note that every seed's transitions at `indices` [E, n] are new; -1 is none."""
 
-    def draw(self, stored: IntArray) -> Draw:
+    def draw(self, stored: Ints) -> Draw:
         """Return mini-batches from each seed's `stored` transitions, int64 [E]."""
 
-    def update(self, indices: IntArray, errors: FloatArray) -> None:
+    def update(self, indices: Ints, errors: Floats) -> None:
         """Return nothing; take note of the drawn transitions' absolute TD errors, [levels, E, M]."""
 
 
@@ -51,15 +52,15 @@ class UniformSampler:
         self._parts = [slice(0, batch_size)] * levels
         self._weights = [np.ones((len(streams), 1, batch_size), np.float32)] * levels
 
-    def added(self, indices: IntArray) -> None:
+    def added(self, indices: Ints) -> None:
         """Return nothing; see `Sampler.added`."""
 
-    def draw(self, stored: IntArray) -> Draw:
+    def draw(self, stored: Ints) -> Draw:
         """Return `batch_size` transitions for each seed, all of weight 1; see `Sampler.draw`."""
         indices = (uniforms(self._streams, self._batch_size) * stored[:, None]).astype(np.int64)
         return Draw(indices, self._parts, self._weights)
 
-    def update(self, indices: IntArray, errors: FloatArray) -> None:
+    def update(self, indices: Ints, errors: Floats) -> None:
         """Return nothing; see `Sampler.update`."""
 
     def state(self) -> State:
@@ -94,11 +95,11 @@ class PrioritizedSampler:
         self._highest = np.ones((trees, len(streams)))
         self._magnitude = np.zeros((levels, len(streams)))
 
-    def added(self, indices: IntArray) -> None:
+    def added(self, indices: Ints) -> None:
         """Return nothing; give the new transitions the highest priority; see `Sampler.added`."""
         self._trees.assign(np.tile(indices, (self._num_trees, 1)), self._highest.reshape(-1, 1))
 
-    def draw(self, stored: IntArray) -> Draw:
+    def draw(self, stored: Ints) -> Draw:
         """Return each tree's mini-batch, one beside the other; see `Sampler.draw`."""
         seeds, size = len(self._streams), self._config.batch_size
         uniform = uniforms(self._streams, self._num_trees, size).swapaxes(0, 1)
@@ -109,7 +110,7 @@ class PrioritizedSampler:
         side_by_side = indices.reshape(-1, seeds, size).swapaxes(0, 1).reshape(seeds, -1)
         return Draw(side_by_side, self._parts, [weights[level % len(weights)] for level in range(len(self._parts))])
 
-    def update(self, indices: IntArray, errors: FloatArray) -> None:
+    def update(self, indices: Ints, errors: Floats) -> None:
         """Return nothing; give the drawn transitions their new priorities in every tree; see `Sampler.update`."""
         priorities = (self._priorities(errors) + self._config.priority_floor) ** self._config.priority_exponent
         np.maximum(self._highest, priorities.max(-1), out=self._highest)
@@ -128,7 +129,7 @@ class PrioritizedSampler:
     def _memory(self) -> State:
         return {"trees": self._trees.nodes, "highest": self._highest, "magnitude": self._magnitude}
 
-    def _priorities(self, errors: FloatArray) -> FloatArray:
+    def _priorities(self, errors: Floats) -> Floats:
         """Return the priorities [trees, E, M] of absolute errors [levels, E, M], before floor and exponent."""
         if self._num_trees > 1 and self._config.priority == "shift":
             gap = errors[ACTION] - errors[OPTION]
@@ -136,10 +137,10 @@ class PrioritizedSampler:
         scaled = errors / self._scale(errors)
         if self._num_trees > 1:
             return np.stack((scaled[OPTION], np.maximum(scaled[ACTION] - scaled[OPTION], 0.0)))
-        mean: FloatArray = scaled.mean(axis=0, keepdims=True)
+        mean: Floats = scaled.mean(axis=0, keepdims=True)
         return mean
 
-    def _scale(self, errors: FloatArray) -> FloatArray:
+    def _scale(self, errors: Floats) -> Floats:
         """Return each level's running magnitude with these errors in it, [levels, E, 1]."""
         rate = np.where(self._magnitude == 0.0, 1.0, SCALE_RATE)
         self._magnitude += rate * (errors.mean(-1) - self._magnitude)

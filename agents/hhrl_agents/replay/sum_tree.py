@@ -7,7 +7,7 @@ errors do not add up. A tree is one row of numbers, its levels one after the oth
 import numpy as np
 import numpy.typing as npt
 
-from hhrl_agents.agent import FloatArray, IntArray
+from hhrl_envs.arrays import Floats, Ints
 from hhrl_envs.simulation.engine.compilation import kernel
 
 FAN_OUT = 8
@@ -21,19 +21,19 @@ class SumTrees:
         while sizes[0] > FAN_OUT:
             sizes.insert(0, _padded(sizes[0] // FAN_OUT))
         self._starts = np.cumsum([0, *sizes[:-1]])
-        self.nodes: FloatArray = np.zeros((count, sum(sizes)))
+        self.nodes: Floats = np.zeros((count, sum(sizes)))
 
     @property
-    def totals(self) -> FloatArray:
+    def totals(self) -> Floats:
         """The sum of each tree's priorities, float64 [T]."""
-        totals: FloatArray = self.nodes[:, :FAN_OUT].sum(axis=1)
+        totals: Floats = self.nodes[:, :FAN_OUT].sum(axis=1)
         return totals
 
-    def priorities(self, indices: IntArray) -> FloatArray:
+    def priorities(self, indices: Ints) -> Floats:
         """Return the priorities of the leaves `indices` [T, K]."""
         return np.take_along_axis(self.nodes, self._starts[-1] + indices, axis=1)
 
-    def assign(self, indices: IntArray, priorities: FloatArray) -> None:
+    def assign(self, indices: Ints, priorities: Floats) -> None:
         """Return nothing; set the priorities [T, K] of the leaves `indices` [T, K]; of an index twice the last counts.
 
         An index of -1 is no leaf.
@@ -43,7 +43,7 @@ class SumTrees:
         shape = (len(self.nodes), indices.shape[1])
         _assign(self.nodes, self._starts, np.broadcast_to(indices, shape), np.broadcast_to(priorities, shape))
 
-    def find(self, shares: FloatArray) -> IntArray:
+    def find(self, shares: Floats) -> Ints:
         """Return the leaf at each share, int64 [T, K]: leaf i covers the shares that its priority is of all before it.
 
         shares: [T, K] in [0, 1) of each tree's total, which must be positive. A leaf of priority zero is not returned.
@@ -56,7 +56,7 @@ def _padded(size: int) -> int:
 
 
 @kernel
-def _assign(nodes: FloatArray, starts: npt.NDArray[np.int64], indices: IntArray, priorities: FloatArray) -> None:
+def _assign(nodes: Floats, starts: npt.NDArray[np.int64], indices: Ints, priorities: Floats) -> None:
     for t in range(indices.shape[0]):
         for k in range(indices.shape[1]):
             if indices[t, k] >= 0:
@@ -74,7 +74,7 @@ def _assign(nodes: FloatArray, starts: npt.NDArray[np.int64], indices: IntArray,
 
 
 @kernel
-def _find(nodes: FloatArray, starts: npt.NDArray[np.int64], shares: FloatArray) -> IntArray:
+def _find(nodes: Floats, starts: npt.NDArray[np.int64], shares: Floats) -> Ints:
     found = np.zeros(shares.shape, np.int64)
     rest = np.empty(shares.shape[1])
     for t in range(shares.shape[0]):

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hhrl_agents.agent import FloatArray, IntArray
 from hhrl_envs import Scenario
 from hhrl_envs import observation as obs
+from hhrl_envs.arrays import Floats, Ints
 
-Controller = Callable[[FloatArray], FloatArray]
+Controller = Callable[[Floats], Floats]
 
 COMFORT = 2.0
 """Deceleration that a controller plans with [m/s^2]."""
@@ -19,7 +19,7 @@ HEADWAY = 1.0
 """Time gap of the follower [s]: short, for in the paper's Table I the rule that always follows collides in 18%."""
 
 
-def nearest_levels(levels: FloatArray, accelerations: FloatArray) -> IntArray:
+def nearest_levels(levels: Floats, accelerations: Floats) -> Ints:
     """Return the index of the level nearest to each acceleration, the lower one on a tie.
 
     levels: ascending target accelerations, [A] [m/s^2]; accelerations: [B] [m/s^2].
@@ -45,13 +45,13 @@ class StopAtStopLine:
         """Return the controller that stops in the scenario's stop zone with its vehicle."""
         return cls(scenario.road.stop_zone / 2, scenario.road.speed_limit, scenario.vehicle.lag)
 
-    def __call__(self, state: FloatArray) -> FloatArray:
+    def __call__(self, state: Floats) -> Floats:
         """Return the wanted acceleration [B] [m/s^2] for the SI state [B, 11]."""
         speed = state[:, obs.V_E]
         way = np.maximum(state[:, obs.D_D] - self.aim - self.lag * speed, 0.0)
         profile = np.sqrt(2.0 * COMFORT * way)
         braking = np.where(profile < self.speed_limit, COMFORT, 0.0)
-        wanted: FloatArray = (np.minimum(profile, self.speed_limit) - speed) / RESPONSE - braking
+        wanted: Floats = (np.minimum(profile, self.speed_limit) - speed) / RESPONSE - braking
         return wanted
 
 
@@ -73,11 +73,11 @@ class FollowFrontVehicle:
         """Return the controller that keeps more than the scenario's d_0 behind the front vehicle."""
         return cls(scenario.road.speed_limit, scenario.reward.safe_gap + 1.0)
 
-    def __call__(self, state: FloatArray) -> FloatArray:
+    def __call__(self, state: Floats) -> Floats:
         """Return the wanted acceleration [B] [m/s^2] for the SI state [B, 11]."""
         speed = state[:, obs.V_E]
         closing = speed * (speed - state[:, obs.V_F]) / (2.0 * np.sqrt(self.acceleration * COMFORT))
         wanted_gap = self.standstill_gap + np.maximum(speed * self.headway + closing, 0.0)
         gap = np.maximum(state[:, obs.D_F], 0.1)
-        wanted: FloatArray = self.acceleration * (1.0 - (speed / self.speed_limit) ** 4 - (wanted_gap / gap) ** 2)
+        wanted: Floats = self.acceleration * (1.0 - (speed / self.speed_limit) ** 4 - (wanted_gap / gap) ** 2)
         return wanted

@@ -5,12 +5,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from hhrl_agents.agent import BoolArray, Decision, Float32Array, FloatArray, IntArray
+from hhrl_agents.agent import Decision
 from hhrl_agents.rules.controllers import FollowFrontVehicle, StopAtStopLine, nearest_levels
 from hhrl_envs import Option, Scenario
 from hhrl_envs import observation as obs
+from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
 
-FollowRule = Callable[[FloatArray], BoolArray]
+FollowRule = Callable[[Floats], Flags]
 """Says for each row of the SI state [B, 11] whether to follow the front vehicle (else: stop at the stop-line)."""
 
 
@@ -24,28 +25,28 @@ class RuleAgent:
         self._stop_controller = StopAtStopLine.for_scenario(scenario)
         self._follow_controller = FollowFrontVehicle.for_scenario(scenario)
 
-    def reset(self, mask: BoolArray) -> None:
+    def reset(self, mask: Flags) -> None:
         """Return nothing: rules remember nothing."""
 
-    def act(self, observations: Float32Array) -> Decision:
+    def act(self, observations: Floats32) -> Decision:
         """Return the rule's option and the controller's action, int64 [B] each; see `Agent.act`."""
         state = _si(observations)
         option = self._select(state)
         return Decision(option, self._pursue(state, option))
 
-    def select(self, observations: Float32Array) -> IntArray:
+    def select(self, observations: Floats32) -> Ints:
         """Return the rule's option alone, int64 [B], for observations float32 [B, 11]."""
         return self._select(_si(observations))
 
-    def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
+    def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
         """Return the option's controller's actions, int64 [B]; see `HierarchicalAgent.act_with_option`."""
         return self._pursue(_si(observations), option)
 
-    def _select(self, state: FloatArray) -> IntArray:
+    def _select(self, state: Floats) -> Ints:
         chosen = np.where(self.follow(state), Option.FFV, Option.SSL).astype(np.int64)
         return np.where(self._mask[chosen], chosen, 1 - chosen)
 
-    def _pursue(self, state: FloatArray, option: IntArray) -> IntArray:
+    def _pursue(self, state: Floats, option: Ints) -> Ints:
         wanted = np.where(option == Option.FFV, self._follow_controller(state), self._stop_controller(state))
         return nearest_levels(self._levels, wanted)
 
@@ -88,5 +89,5 @@ PAPER_RULES: Mapping[str, Callable[[Scenario], RuleAgent]] = MappingProxyType(
 """The constructors of the rules of Table I by their ids."""
 
 
-def _si(observations: Float32Array) -> FloatArray:
+def _si(observations: Floats32) -> Floats:
     return obs.to_si(observations).astype(np.float64)

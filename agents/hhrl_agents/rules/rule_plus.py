@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hhrl_agents.agent import BoolArray, Decision, Float32Array, FloatArray, IntArray
+from hhrl_agents.agent import Decision
 from hhrl_agents.rules.controllers import COMFORT, nearest_levels
 from hhrl_envs import Scenario
 from hhrl_envs import observation as obs
+from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
 
 
 @dataclass(frozen=True)
@@ -46,23 +47,23 @@ class RulePlus:
         self._aim = scenario.road.stop_zone / 2
         self._standstill_gap = scenario.reward.safe_gap + tuning.gap_margin
 
-    def reset(self, mask: BoolArray) -> None:
+    def reset(self, mask: Flags) -> None:
         """Return nothing: rules remember nothing."""
 
-    def act(self, observations: Float32Array) -> Decision:
+    def act(self, observations: Floats32) -> Decision:
         """Return the option that binds and its action, int64 [B] each; see `Agent.act`."""
         wanted = self._wanted(observations)
         option = np.where(self._mask, wanted, np.inf).argmin(axis=1).astype(np.int64)
         return Decision(option, self._pursue(wanted, option))
 
-    def act_with_option(self, observations: Float32Array, option: IntArray) -> IntArray:
+    def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
         """Return the option's controller's actions, int64 [B]; see `HierarchicalAgent.act_with_option`."""
         return self._pursue(self._wanted(observations), option)
 
-    def _pursue(self, wanted: FloatArray, option: IntArray) -> IntArray:
+    def _pursue(self, wanted: Floats, option: Ints) -> Ints:
         return nearest_levels(self._levels, wanted[np.arange(len(option)), option])
 
-    def _wanted(self, observations: Float32Array) -> FloatArray:
+    def _wanted(self, observations: Floats32) -> Floats:
         """Return the acceleration that each option asks for, [B, 2] [m/s^2]."""
         state = obs.to_si(observations).astype(np.float64)
         speed, way = self._ahead(state, obs.V_E, obs.A_E)
@@ -71,21 +72,21 @@ class RulePlus:
         follow = self._follow(speed, front_speed, state[:, obs.D_F] + front_way - way)
         return np.stack((stop, follow), axis=1)
 
-    def _ahead(self, state: FloatArray, speed: int, accel: int) -> tuple[FloatArray, FloatArray]:
+    def _ahead(self, state: Floats, speed: int, accel: int) -> tuple[Floats, Floats]:
         """Return the speed one lag ahead, if the acceleration lasts, and the way until then, [B] each."""
         after = np.maximum(state[:, speed] + self._lag * state[:, accel], 0.0)
         return after, 0.5 * self._lag * (state[:, speed] + after)
 
-    def _stop(self, speed: FloatArray, d_d: FloatArray) -> FloatArray:
+    def _stop(self, speed: Floats, d_d: Floats) -> Floats:
         profile = np.sqrt(2.0 * self._tuning.decel * np.maximum(d_d - self._aim, 0.0))
         braking = np.where(profile < self._speed_limit, self._tuning.decel, 0.0)
-        wanted: FloatArray = (np.minimum(profile, self._speed_limit) - speed) / self._tuning.response - braking
+        wanted: Floats = (np.minimum(profile, self._speed_limit) - speed) / self._tuning.response - braking
         return wanted
 
-    def _follow(self, speed: FloatArray, front_speed: FloatArray, gap: FloatArray) -> FloatArray:
+    def _follow(self, speed: Floats, front_speed: Floats, gap: Floats) -> Floats:
         accel, decel = self._tuning.accel, self._tuning.decel
         closing = speed * (speed - front_speed) / (2.0 * np.sqrt(accel * decel))
         wanted_gap = self._standstill_gap + np.maximum(speed * self._tuning.headway + closing, 0.0)
         free, crowding = (speed / self._speed_limit) ** 4, (wanted_gap / np.maximum(gap, 0.1)) ** 2
-        wanted: FloatArray = accel * (1.0 - free - crowding)
+        wanted: Floats = accel * (1.0 - free - crowding)
         return wanted

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hhrl_agents.agent import Agent, BoolArray, IntArray
+from hhrl_agents.agent import Agent
 from hhrl_envs import Scenario, Simulator
+from hhrl_envs.arrays import Flags, Ints
 from hhrl_envs.errors import InputError
 from hhrl_envs.simulation.simulator import Results
 
@@ -39,12 +40,12 @@ class Drivers(NamedTuple):
             return own[0]
         return Results(*(np.stack(parts, axis=1).reshape(-1, *parts[0].shape[1:]) for parts in zip(*own, strict=True)))
 
-    def begin(self, rows: BoolArray) -> None:
+    def begin(self, rows: Flags) -> None:
         """Tell the drivers of the other vehicles which rows, bool [B], begin an episode."""
         for agent in self.others.values():
             agent.reset(rows)
 
-    def actions(self, simulator: Simulator, own: IntArray) -> IntArray:
+    def actions(self, simulator: Simulator, own: Ints) -> Ints:
         """Return what all vehicles do, as `Simulator.step` takes it, given what the own ones do, int64 [B slots]."""
         if simulator.num_agents == 1:
             return own

@@ -5,13 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from hhrl_agents.agent import ACTION, NO_ACTION, OPTION, BoolArray, Float32Array, FloatArray, IntArray
+from hhrl_agents.agent import ACTION, NO_ACTION, OPTION
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.replay.buffer import Transitions
 from hhrl_agents.stateful import Stateful
 from hhrl_agents.training.drivers import Drivers
 from hhrl_envs import Outcome, Scenario
+from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
 from hhrl_envs.errors import InputError
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 from hhrl_envs.simulation.simulator import Results
@@ -48,7 +49,7 @@ class StackedEnvironments:
         self.features = self._observe(None)
         self.clear_counts()
 
-    def step(self, options: IntArray, actions: IntArray) -> tuple[Transitions, BoolArray]:
+    def step(self, options: Ints, actions: Ints) -> tuple[Transitions, Flags]:
         """Return what a step of every vehicle came to, and whose episode is over, bool [E, n].
 
         options, actions: int64 [E, n]. The action of a vehicle that waits is `NO_ACTION` in what comes back. The next
@@ -72,7 +73,7 @@ class StackedEnvironments:
 
     def clear_counts(self) -> None:
         """Return nothing; count outcomes from zero."""
-        self.outcome_counts: IntArray = np.zeros((self._num_seeds, len(Outcome)), np.int64)
+        self.outcome_counts: Ints = np.zeros((self._num_seeds, len(Outcome)), np.int64)
 
     def parts(self) -> Mapping[str, Stateful]:
         """Return what a learner has to save of the environments, by its name; see `look` for what follows."""
@@ -85,33 +86,33 @@ class StackedEnvironments:
         self._results = self._drivers.results(self._simulator)
         self.features = self._observe(np.zeros(len(self._results.outcomes), np.bool_))
 
-    def _next_episodes(self, ended: BoolArray) -> None:
-        over: BoolArray = np.all(ended.reshape(self._simulator.num_rows, -1), axis=1, keepdims=False)
+    def _next_episodes(self, ended: Flags) -> None:
+        over: Flags = np.all(ended.reshape(self._simulator.num_rows, -1), axis=1, keepdims=False)
         self._simulator.next_episode(over)
         self._results = self._drivers.results(self._simulator)
         self.features = self._observe(self._begin(over))
 
-    def _begin(self, rows: BoolArray) -> BoolArray:
+    def _begin(self, rows: Flags) -> Flags:
         """Return which vehicles begin an episode with these rows and tell them to the memory and the other drivers."""
         begun = np.repeat(rows, len(self._drivers.slots))
         self._memory.begin(begun)
         self._drivers.begin(rows)
         return begun
 
-    def _ended(self) -> BoolArray:
-        ended: BoolArray = self._results.outcomes != Outcome.RUNNING
+    def _ended(self) -> Flags:
+        ended: Flags = self._results.outcomes != Outcome.RUNNING
         return ended
 
-    def _observe(self, vehicles: BoolArray | None) -> Float32Array:
+    def _observe(self, vehicles: Flags | None) -> Floats32:
         """Return what the networks read, [E, n, features], after memory has seen the new ones of `vehicles`."""
         return self._memory.observe(self._results.observations, vehicles).reshape(self._num_seeds, self.width, -1)
 
-    def _count(self, ended: BoolArray) -> None:
+    def _count(self, ended: Flags) -> None:
         vehicles = np.flatnonzero(ended)
         np.add.at(self.outcome_counts, (vehicles // self.width, self._results.outcomes[vehicles]), 1)
 
 
-def level_rewards(method: Method, results: Results, options: IntArray) -> FloatArray:
+def level_rewards(method: Method, results: Results, options: Ints) -> Floats:
     """Return the scaled rewards of both levels for the last step, float64 [B, 2], given the selected options [B].
 
     results: what the agents that learn got from that step.
@@ -135,11 +136,11 @@ def level_rewards(method: Method, results: Results, options: IntArray) -> FloatA
     rewards -= np.stack((np.zeros_like(excess) if method.hybrid_reward else excess, excess), axis=1)
     if method.config.timeout == "truncation":
         rewards -= results.terms[:, TIMEOUT, None]
-    scaled: FloatArray = rewards * method.config.reward_scale
+    scaled: Floats = rewards * method.config.reward_scale
     return scaled
 
 
-def discounts(method: Method, results: Results) -> FloatArray:
+def discounts(method: Method, results: Results) -> Floats:
     """Return what the value of the next state is multiplied with, float64 [B]: gamma, or 0 after a terminal step."""
     ongoing = results.outcomes == Outcome.RUNNING
     if method.config.timeout == "truncation":

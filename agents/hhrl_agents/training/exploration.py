@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hhrl_agents.agent import IntArray
-from hhrl_agents.random_streams import restore_streams, save_streams, uniforms
+from hhrl_agents.seeding import restore_streams, save_streams, uniforms
+from hhrl_envs.arrays import Ints
 from hhrl_envs.state import State, read
 
 GREEDY = -1
@@ -20,14 +20,14 @@ class Explorer:
     durations; `longest` = 1 is plain epsilon-greedy.
     """
 
-    def __init__(self, streams: Sequence[np.random.Generator], n_envs: int, choices: IntArray, longest: int) -> None:
+    def __init__(self, streams: Sequence[np.random.Generator], n_envs: int, choices: Ints, longest: int) -> None:
         self._streams = streams
         self._choices = choices
         self._longest = longest
         self._tried = np.zeros((len(streams), n_envs), np.int64)
         self._left = np.zeros_like(self._tried)
 
-    def draw(self, epsilon: float) -> IntArray:
+    def draw(self, epsilon: float) -> Ints:
         """Return for each environment the choice to try or `GREEDY`, int64 [E, n]; a share `epsilon` of steps tries."""
         start, choice, duration = np.moveaxis(uniforms(self._streams, self._tried.shape[1], 3), -1, 0)
         starts = (self._left == 0) & (start < self._rate(epsilon))

@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from torch import Tensor
 
-from hhrl_agents.agent import FloatArray, IntArray
 from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_envs.arrays import Floats, Ints
 from hhrl_envs.state import State
 
 
@@ -26,8 +26,8 @@ class Progress:
 
     env_steps: int
     updates: int
-    losses: dict[str, FloatArray]
-    outcome_counts: IntArray
+    losses: dict[str, Floats]
+    outcome_counts: Ints
     diverged: Mapping[int, str] = field(default_factory=dict)
 
 
@@ -55,7 +55,7 @@ class TrainableStack(Protocol):
         """Return nothing; go on, bit for bit, where a learner made with the same arguments has been at `state`."""
 
 
-def beyond_bound(values: Mapping[str, Tensor], largest_reward: FloatArray, gamma: float) -> dict[int, str]:
+def beyond_bound(values: Mapping[str, Tensor], largest_reward: Floats, gamma: float) -> dict[int, str]:
     """Return the seeds whose values lie beyond max |r| / (1 - gamma), each with the reason in words.
 
     values: level -> values of a mini-batch, [E, C, M]; largest_reward: max |r| of each seed, float64 [E].

@@ -5,7 +5,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from hhrl_agents.agent import FloatArray
+from hhrl_envs.arrays import Floats
 from hhrl_envs.state import State, read
 
 _WORD = 2**64
@@ -25,7 +25,7 @@ def generators(seeds: Sequence[int], purpose: Purpose) -> list[np.random.Generat
     return [np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, purpose)))) for seed in seeds]
 
 
-def uniforms(streams: Sequence[np.random.Generator], *shape: int) -> FloatArray:
+def uniforms(streams: Sequence[np.random.Generator], *shape: int) -> Floats:
     """Return numbers uniform in [0, 1), float64 [E, *shape], row e drawn from stream e alone."""
     drawn = np.empty((len(streams), *shape))
     for row, stream in zip(drawn, streams, strict=True):
