@@ -13,7 +13,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from hhrl_bench.execution.progress_board import Board, StudyStatus, UnitStatus
+from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus, UnitStatus
 from hhrl_bench.execution.run import Execution
 from hhrl_bench.execution.unit import Done, unit_status
 from hhrl_bench.suites.study import Study
@@ -130,9 +130,9 @@ def study_view(name: str, units: int) -> Iterator[StudyView]:
 FOLDER = "progress"
 
 
-def study_board(folder: Path) -> Board:
+def study_board(folder: Path) -> ProgressFolder:
     """Return the board of the study whose trainings lie in ``folder``."""
-    return Board(folder / FOLDER)
+    return ProgressFolder(folder / FOLDER)
 
 
 def study_status(study: Study, execution: Execution) -> StudyStatus:
@@ -142,7 +142,7 @@ def study_status(study: Study, execution: Execution) -> StudyStatus:
     return StudyStatus(study=study.name, executor=execution.executor, started=started, units=units)
 
 
-def print_status(console: Console, board: Board) -> None:
+def print_status(console: Console, board: ProgressFolder) -> None:
     """Print how many units are done, and how far each is that runs or why it has failed.
 
     Raises:

@@ -14,7 +14,7 @@ from hhrl_bench.cli.console import announce_compiling, console
 from hhrl_bench.cli.options import AgentsArgument, JsonOption
 
 if TYPE_CHECKING:
-    from hhrl_bench.execution.progress_board import Board
+    from hhrl_bench.execution.progress_folder import ProgressFolder
     from hhrl_bench.execution.run import Execution
     from hhrl_bench.execution.unit import Done
     from hhrl_bench.leaderboard.record import LeaderboardRecord
@@ -143,7 +143,7 @@ def robustness(
 ) -> None:
     """Score agents in ordinary traffic, among held-out drivers, and behind a trained adversary."""
     from hhrl_bench.evaluation.loading import require_playable
-    from hhrl_bench.execution.run import HERE
+    from hhrl_bench.execution.run import IN_THIS_PROCESS
     from hhrl_bench.suites.study import suite_study
     from hhrl_bench.suites.suites import ScoreSuite, get_suite
     from hhrl_bench.tables.terminal import print_overview
@@ -154,7 +154,7 @@ def robustness(
     require_playable(agents, get_task(suite.tasks[0]))
     command = shlex.join(["hhrl-bench", "robustness", *agents, "--episodes", str(episodes)])
     with TemporaryDirectory() as folder:
-        board = _do(replace(suite_study(suite, Path(folder)), command=command), HERE)
+        board = _do(replace(suite_study(suite, Path(folder)), command=command), IN_THIS_PROCESS)
     if board is None:
         raise typer.Exit(1)
     if as_json:
@@ -195,7 +195,7 @@ def _publish(study: "Study", path: Path, folder: Path, execution: "Execution") -
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
 
 
-def _do(study: "Study", execution: "Execution", board: "Board | None" = None) -> "LeaderboardRecord | None":
+def _do(study: "Study", execution: "Execution", board: "ProgressFolder | None" = None) -> "LeaderboardRecord | None":
     """Do the units of a study and say which have failed; return its leaderboard, or None if one has."""
     from hhrl_bench.cli.live_view import study_view
 

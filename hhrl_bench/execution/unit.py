@@ -1,17 +1,14 @@
-"""Attempts: a unit done by this process, whatever becomes of it."""
+"""Units: the smallest pieces of a study's work, and what becomes of one that a process does."""
 
 import errno
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from hhrl_bench.evaluation.records import TimedResult
-from hhrl_bench.execution.progress_board import Board, UnitStatus
+from hhrl_bench.execution.progress_folder import ProgressFolder, UnitStatus
 from hhrl_bench.progress import Update, silent
 from hhrl_envs.errors import InputError, one_line
-
-if TYPE_CHECKING:
-    pass
 
 _FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
 
@@ -24,16 +21,20 @@ class Unit(Protocol):
         """What it is called in messages."""
 
     def check(self) -> None:
-        """Return nothing; raises an InputError where it is plain from the outset that ``run`` cannot succeed."""
+        """Raise an ``InputError`` if it is plain from the outset that ``run`` cannot succeed."""
 
     def run(self, update: Update = silent) -> TimedResult:
-        """Return the outcome, and the seconds it took; ``update`` hears how far it is."""
+        """Return the outcome and the seconds it took; call ``update`` with how far it is."""
+
+
+Stages = Sequence[Sequence[Unit]]
+"""Units in the order in which they can be done: those of a stage need what the stages before it have left."""
 
 
 class Done(NamedTuple):
     """A unit and its outcome; where there is none, ``failure`` says why.
 
-    ``lost``: whether its worker has gone before the unit has ended, so that it may succeed elsewhere.
+    ``lost``: whether its process was gone before the unit ended, so that it may succeed elsewhere.
     """
 
     unit: Unit
@@ -42,29 +43,31 @@ class Done(NamedTuple):
     lost: bool = False
 
 
-def attempt(unit: Unit, board: Board | None) -> Done:
-    """Return the unit as this process has done it, or why it has not; how far it is stands on the board, if any."""
-    if board is None:
+def attempt(unit: Unit, folder: ProgressFolder | None) -> Done:
+    """Do a unit in this process, write to the progress folder how far it is, and return what became of it."""
+    if folder is None:
         return _attempt(unit, silent)
     started = time.perf_counter()
+    name = one_line(unit.name)
 
     def update(done: int, total: int, note: str) -> None:
         seconds = time.perf_counter() - started
-        name, said = one_line(unit.name), one_line(note)
-        board.write(UnitStatus(unit=name, state="running", done=done, total=total, note=said, seconds=seconds))
+        folder.write(
+            UnitStatus(unit=name, state="running", done=done, total=total, note=one_line(note), seconds=seconds)
+        )
 
     try:
-        with board.at_work():
+        with folder.working_on(unit.name):
             update(0, 0, "")
             done = _attempt(unit, update)
-            board.write(unit_status(done, time.perf_counter() - started))
+            folder.write(unit_status(done, time.perf_counter() - started))
             return done
     except InputError as error:
         return Done(unit, None, str(error))
 
 
 def unit_status(done: Done, seconds: float) -> UnitStatus:
-    """Return what the board says of a unit that has ended after these seconds, or took others in an earlier run."""
+    """Return the status of a unit that ended: the seconds of its outcome, or the given ones if it failed."""
     name, outcome = one_line(done.unit.name), done.outcome
     if outcome is None:
         return UnitStatus(unit=name, state="failed", note=one_line(done.failure), seconds=seconds)
@@ -87,7 +90,3 @@ def _attempt(unit: Unit, update: Update) -> Done:
 def _advice(error: BaseException | None) -> str:
     full = isinstance(error, OSError) and error.errno in _FULL
     return "; make room there, and run the same command again" if full else ""
-
-
-Stages = Sequence[Sequence[Unit]]
-"""Units in the order in which they can be done: those of a stage need what the stages before it have left."""

@@ -9,8 +9,8 @@ from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.records import TimedResult
 from hhrl_bench.evaluation.results import task_record
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.execution.progress_board import Board
-from hhrl_bench.execution.run import HERE, Execution, Show, run_stages
+from hhrl_bench.execution.progress_folder import ProgressFolder
+from hhrl_bench.execution.run import IN_THIS_PROCESS, Execution, Show, run_stages
 from hhrl_bench.execution.unit import Done, Stages
 from hhrl_bench.leaderboard.entry import build
 from hhrl_bench.leaderboard.record import LeaderboardRecord
@@ -58,7 +58,7 @@ class Study:
         """How many units there are."""
         return sum(map(len, self.stages))
 
-    def run(self, execution: Execution = HERE, board: Board | None = None, show: Show = silent) -> Iterator[Done]:
+    def run(self, execution: Execution = IN_THIS_PROCESS, board: ProgressFolder | None = None, show: Show = silent) -> Iterator[Done]:
         """Return every unit as it is done; see :func:`hhrl_bench.execution.run.run_stages`."""
         return run_stages(self.stages, execution, board, show)
 

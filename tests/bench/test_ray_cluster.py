@@ -15,11 +15,11 @@ from typing import NamedTuple
 import pytest
 
 from hhrl_bench.errors import RecordError
-from hhrl_bench.execution.progress_board import Board, StudyStatus, UnitStatus
+from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus, UnitStatus
 from hhrl_bench.execution.run import ATTEMPTS, Execution, Overseer, run_units
 from hhrl_bench.progress import silent
 from support.sweeps import environment, finish, results, start
-from support.told import Told, is_running
+from support.scripted_units import ScriptedUnit, is_running
 
 pytest.importorskip("ray", reason="ray is not installed; run: make cluster")
 
@@ -101,11 +101,11 @@ def ray_start(cluster: Cluster, *options: str) -> None:
 
 def test_a_cluster_that_loses_a_node_gives_the_results_of_one_machine(cluster: Cluster, tmp_path: Path) -> None:
     local, far = tmp_path / "local", tmp_path / "far"
-    board = Board(far / "work" / "progress")
+    progress = ProgressFolder(far / "work" / "progress")
     with start(
         "forty", far, "--executor", "ray", "--address", cluster.address, env=environment(**cluster.access)
     ) as driver:
-        wait_until(lambda: driver.poll() is not None or sum(one.state == "running" for one in trainings(board)) == 3)
+        wait_until(lambda: driver.poll() is not None or sum(one.state == "running" for one in trainings(progress)) == 3)
         assert len(cluster.processes("--node-name=three")) > 0
         cluster.kill("--node-name=three")
         _, said = driver.communicate()
@@ -117,11 +117,11 @@ def test_a_cluster_that_loses_a_node_gives_the_results_of_one_machine(cluster: C
 
 
 def test_a_driver_that_is_killed_leaves_no_task_and_its_run_goes_on(cluster: Cluster, tmp_path: Path) -> None:
-    board = Board(tmp_path / "work" / "progress")
+    progress = ProgressFolder(tmp_path / "work" / "progress")
     with start(
         "four", tmp_path, "--executor", "ray", "--address", cluster.address, env=environment(**cluster.access)
     ) as driver:
-        wait_until(lambda: driver.poll() is not None or any(one.done > 0 for one in trainings(board)))
+        wait_until(lambda: driver.poll() is not None or any(one.done > 0 for one in trainings(progress)))
         driver.kill()
     code, said = finish(
         "four", tmp_path, "--executor", "ray", "--address", cluster.address, env=environment(**cluster.access)
@@ -131,12 +131,12 @@ def test_a_driver_that_is_killed_leaves_no_task_and_its_run_goes_on(cluster: Clu
 
 
 def test_ray_and_processes_tell_the_same_faults(tmp_path: Path) -> None:
-    told = {"a": "", "b": "dies once", "c": "dies", "d": "refuses", "e": "breaks", "f": "hangs", "g": "hangs once"}
-    units = [Told(name, tmp_path, what) for name, what in told.items()]
-    board = Board(tmp_path / "progress")
-    study = StudyStatus(study="faults", executor="ray", started="", units=tuple(told))
-    with board.opened(study), Execution("ray", address="local").pool(board) as pool:
-        overseer = Overseer(board, silent, patience=20.0)
+    scripts = {"a": "", "b": "dies once", "c": "dies", "d": "refuses", "e": "breaks", "f": "hangs", "g": "hangs once"}
+    units = [ScriptedUnit(name, tmp_path, what) for name, what in scripts.items()]
+    progress = ProgressFolder(tmp_path / "progress")
+    study = StudyStatus(study="faults", executor="ray", started="", units=tuple(scripts))
+    with progress.opened(study), Execution("ray", address="local").pool(progress) as pool:
+        overseer = Overseer(progress, silent, patience=20.0)
         done = {one.unit.name: one for one in run_units(units, pool, overseer)}
     assert {name for name, one in done.items() if one.outcome} == {"a", "b", "g"}
     given_up = f"given up after {ATTEMPTS} attempts: "
@@ -154,9 +154,9 @@ def test_no_cluster_is_one_line(tmp_path: Path) -> None:
     assert "Traceback" not in said
 
 
-def trainings(board: Board) -> list[UnitStatus]:
+def trainings(progress: ProgressFolder) -> list[UnitStatus]:
     try:
-        units = [board.unit(name) for name in board.study().units if not name.startswith("rule")]
+        units = [progress.unit(name) for name in progress.study().units if not name.startswith("rule")]
     except RecordError:
         return []
     return [one for one in units if one]

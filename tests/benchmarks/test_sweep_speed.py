@@ -3,7 +3,8 @@
 import heapq
 import resource
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -13,8 +14,8 @@ from hhrl_bench.cli.live_view import StudyView
 from hhrl_bench.evaluation.records import TimedResult
 from hhrl_bench.evaluation.results import evaluate_agent
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.execution.local_pool import LocalPool
-from hhrl_bench.execution.progress_board import Board, StudyStatus, UnitStatus
+from hhrl_bench.execution.pools import LocalPool, Pool
+from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus, UnitStatus
 from hhrl_bench.execution.run import Overseer, run_units
 from hhrl_bench.execution.unit import Done, Unit, unit_status
 from hhrl_bench.progress import Update, silent
@@ -51,55 +52,47 @@ class Known:
         return self.outcome
 
 
-class SimulatedPool:
-    """A thousand workers in the same process, each of which takes ``seconds`` a unit and says so on the board."""
+class SimulatedPool(Pool):
+    """A thousand workers in the same process, each of which takes ``seconds`` a unit and writes its progress."""
 
-    def __init__(self, board: Board, seconds: float) -> None:
-        self._board, self._seconds = board, seconds
-        self._due: list[tuple[float, int]] = []
-        self._units: dict[int, Known] = {}
+    def __init__(self, progress: ProgressFolder, seconds: float) -> None:
+        super().__init__(WORKERS, progress)
+        self._progress, self._seconds = progress, seconds
+        self._due: list[tuple[float, int, Known, Future[Done]]] = []
         self._begun = 0
         self.lags: list[float] = []
 
-    @property
-    def free(self) -> int:
-        """How many workers have nothing to do."""
-        return WORKERS - len(self._units)
-
-    @property
-    def running(self) -> Collection[Unit]:
-        """The units under way."""
-        return self._units.values()
-
-    def begin(self, unit: Unit) -> None:
-        """Return nothing; the first thousand begin one after the other, at the rate at which they will end."""
-        assert isinstance(unit, Known)
-        spread = self._seconds * self._begun / WORKERS if self._begun < WORKERS else 0.0
-        heapq.heappush(self._due, (time.monotonic() + self._seconds + spread, self._begun))
-        self._units[self._begun] = unit
-        self._begun += 1
-        self._board.write(UnitStatus(unit=unit.name, state="running", done=1, total=2, note="validation success 50%"))
-
-    def wait(self, seconds: float) -> Sequence[Done]:
+    def wait(self, seconds: float) -> list[Done]:
         """Return the units that are due."""
         until = time.monotonic() + seconds
         time.sleep(max(min(until, self._due[0][0]) - time.monotonic(), 0.0))
-        return list(self._ended(time.monotonic()))
-
-    def stop(self, unit: Unit, reason: str) -> None:
-        """Return nothing."""
-
-    def _ended(self, now: float) -> Iterator[Done]:
+        now = time.monotonic()
         while self._due and self._due[0][0] <= now:
-            due, number = heapq.heappop(self._due)
-            unit = self._units.pop(number)
-            done = Done(unit, unit.outcome)
-            self._board.write(unit_status(done, 0.0))
+            due, _, unit, future = heapq.heappop(self._due)
+            future.set_result(Done(unit, unit.outcome))
+            self._progress.write(unit_status(future.result(), 0.0))
             self.lags.append(now - due)
-            yield done
+        return super().wait(0.0)
 
     def close(self) -> None:
-        """Return nothing."""
+        """Do nothing."""
+
+    def _submit(self, unit: Unit) -> Future[Done]:
+        """Return a future; the first thousand begin one after the other, at the rate at which they will end."""
+        assert isinstance(unit, Known)
+        future: Future[Done] = Future()
+        spread = self._seconds * self._begun / WORKERS if self._begun < WORKERS else 0.0
+        heapq.heappush(self._due, (time.monotonic() + self._seconds + spread, self._begun, unit, future))
+        self._begun += 1
+        note = "validation success 50%"
+        self._progress.write(UnitStatus(unit=unit.name, state="running", done=1, total=2, note=note))
+        return future
+
+    def _result(self, unit: Unit, future: Future[Done]) -> Done:
+        return future.result()
+
+    def _kill(self, future: Future[Done]) -> None:
+        pass
 
 
 def known(count: int) -> list[Known]:
@@ -119,19 +112,19 @@ def test_two_workers_next_to_one(tmp_path: Path, report: Report) -> None:
 
 
 def test_the_dispatch_of_a_unit(tmp_path: Path, report: Report) -> None:
-    pool, units = LocalPool(2, Board(tmp_path)), known(1002)
+    pool, units = LocalPool(2, ProgressFolder(tmp_path)), known(1002)
     timed(units[:2], pool, close=False)
     each = timed(units[2:], pool) / 1000
     report("dispatch of a unit", f"{1000 * each:.2f} ms", "a unit of 10 s", "", f"{each / 10:.5f}", "< 0.01")
 
 
 def test_a_driver_of_a_thousand_workers(tmp_path: Path, report: Report) -> None:
-    board, units = Board(tmp_path / "progress"), known(WORKERS + 60 * OFFERED)
+    progress, units = ProgressFolder(tmp_path / "progress"), known(WORKERS + 60 * OFFERED)
     view = StudyView("simulated", len(units), say=lambda _: None)
-    pool = SimulatedPool(board, WORKERS / OFFERED)
+    pool = SimulatedPool(progress, WORKERS / OFFERED)
     ended, kilobytes, used = [], [], time.process_time()
-    with board.opened(StudyStatus(study="s", executor="ray", started="", units=tuple(unit.name for unit in units))):
-        for done in run_units(units, pool, Overseer(board, view.show, patience=600.0)):
+    with progress.opened(StudyStatus(study="s", executor="ray", started="", units=tuple(unit.name for unit in units))):
+        for done in run_units(units, pool, Overseer(progress, view.show, patience=600.0)):
             view.ended(done)
             ended.append(time.monotonic())
             kilobytes.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)

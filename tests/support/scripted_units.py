@@ -1,4 +1,4 @@
-"""Units that do as they are told, and count in a folder how often they were begun."""
+"""Units that succeed, fail, hang or die as their script says, and count in a folder how often they were begun."""
 
 import os
 import signal
@@ -17,22 +17,22 @@ TASK = get_task("stop-line-v0")
 
 
 @dataclass(frozen=True)
-class Told:
-    """A unit that succeeds, or what ``told`` says; with ``once`` in it the first time alone."""
+class ScriptedUnit:
+    """A unit that succeeds, or does what ``script`` says; with ``once`` in it the first time alone."""
 
     name: str
     folder: Path
-    told: str = ""
+    script: str = ""
 
     def check(self) -> None:
-        """Return nothing."""
+        """Accept the unit."""
 
     def run(self, update: Update = silent) -> TimedResult:
         """Return a result, or fail, hang or die."""
         begun = self.begun()
         (self.folder / f"{self.name}-{begun}").write_text(str(os.getpid()))
         update(1, 2, "validation success 50%")
-        what, _, when = self.told.partition(" ")
+        what, _, when = self.script.partition(" ")
         if when != "once" or not begun:
             getattr(self, f"_{what}", bool)()
         return TimedResult(result=evaluate_agent("rule-2", TASK, 3), seconds=0.5)
@@ -48,7 +48,7 @@ class Told:
     def _attempts(self) -> list[Path]:
         return list(self.folder.glob(f"{self.name}-[0-9]"))
 
-    def hangs(self) -> bool:
+    def is_hanging(self) -> bool:
         """Return whether it hangs now."""
         return any(is_running(int(path.read_text() or 0)) for path in self.folder.glob(f"{self.name}-hangs-*"))
 
