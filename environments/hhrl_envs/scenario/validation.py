@@ -28,19 +28,26 @@ class Rule:
 
 
 def check(part: object, label: str | None = None, /, **rules: Rule) -> None:
-    """Return nothing; raises ``InputError`` for the first field of ``part`` that breaks its rule.
+    """Refuse the first field of ``part`` that breaks its rule.
 
-    The message begins with ``label``, else with the name of the part's class.
+    The message begins with ``label``, by default the name of the part's class, and the field's name; a ``{}`` in the
+    label stands for the field's name.
+
+    Raises:
+        InputError: naming the field, its value and what to write instead.
     """
     for field, rule in rules.items():
         if not rule.holds(getattr(part, field)):
             raise _refusal(part, label, (field,), rule.allowed)
 
 
-def agree(part: object, holds: bool, *fields: str, write: str) -> None:
-    """Return nothing where ``holds``; else raises an ``InputError`` that names the ``fields``, which disagree."""
+def agree(part: object, holds: bool, *fields: str, write: str, label: str | None = None) -> None:
+    """Refuse ``fields`` that contradict each other: unless ``holds``, raise an ``InputError`` that names them.
+
+    For ``label`` see ``check``.
+    """
     if not holds:
-        raise _refusal(part, None, fields, write)
+        raise _refusal(part, label, fields, write)
 
 
 def is_integer(value: object) -> bool:
@@ -121,11 +128,16 @@ def _numbers(value: Any, least: int, most: int, low: float, high: float) -> bool
 
 
 def _refusal(part: object, label: str | None, fields: tuple[str, ...], write: str) -> InputError:
-    given = " and ".join(f"{field} is {_shown(attrgetter(field)(part))}" for field in fields)
-    return InputError(f"{f'{type(part).__name__}.' if label is None else label}{given}; write {write}")
+    label = f"{type(part).__name__}." if label is None else label
+    first = label.replace("{}", fields[0], 1) if "{}" in label else label + fields[0]
+    given = (
+        f"{name} is {_shown(attrgetter(field)(part))}" for name, field in zip((first, *fields[1:]), fields, strict=True)
+    )
+    return InputError(f"{' and '.join(given)}; write {write}")
 
 
 def _shown(value: object) -> str:
+    value = getattr(value, "id", value)  # a scenario or a method is shown by its id
     shown = f"{type(value).__name__}.{value.name}" if isinstance(value, Enum) else " ".join(repr(value).splitlines())
     return shown if len(shown) <= LONGEST else f"{shown[:LONGEST]}..."
 
