@@ -1,12 +1,13 @@
-"""TODO."""
+"""What the records of all files share: types of fields, strictness, and how a wrong one is told in one line."""
 
 import hashlib
 import math
 from collections.abc import Mapping
-from typing import Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
+from hhrl_envs import SUB_GOALS, Outcome
 from hhrl_envs.errors import one_line
 
 
@@ -25,14 +26,23 @@ Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 Commit = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{40}(-dirty)?$")]
 Name = Annotated[str, StringConstraints(min_length=1, max_length=500, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")]
 """No name holds a control character, which might be a line end, or a command to a terminal."""
-OptionName = Literal["stop", "follow"]
-OutcomeName = Literal["collision", "not_stop", "success", "timeout", "rear_ended", "foiled"]
+if TYPE_CHECKING:
+    OptionName = str
+    OutcomeName = str
+else:
+    OptionName = Literal[tuple(goal.name for goal in SUB_GOALS)]
+    OutcomeName = Literal[tuple(outcome.name.lower() for outcome in Outcome if outcome != Outcome.RUNNING)]
 
 
 class Record(BaseModel):
     """What all records share: unknown keys, wrong types and changes are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def described(text: str) -> ConfigDict:
+    """Return the configuration of a record that the JSON schema describes with the words it was published with."""
+    return ConfigDict(json_schema_extra={"description": text})
 
 
 def first_problem(error: ValidationError) -> str:

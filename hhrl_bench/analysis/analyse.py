@@ -1,34 +1,15 @@
 """Analysis of an agent: attention over an episode and the (d_f, d_d) plane, option usage, per-level rewards."""
 
-import numpy as np
-
-from hhrl_agents import Agent
-from hhrl_bench.analysis.attention import attend, attention_over_episode, attentive
-from hhrl_bench.analysis.levels import level_rewards
-from hhrl_bench.analysis.option_usage import option_usage
-from hhrl_bench.analysis.plane import Speeds, attention_over_plane, plane_states
-from hhrl_bench.analysis.records import AnalysisRecord, Weights
-from hhrl_bench.analysis.steps import Steps, record_steps
-from hhrl_bench.evaluation.guarded_agent import OPTIONS
+from hhrl_bench.analysis.attention import attention_over_episode, attention_over_plane, mean_attention
+from hhrl_bench.analysis.levels import level_rewards, option_usage
+from hhrl_bench.analysis.records import AnalysisRecord
+from hhrl_bench.analysis.steps import record_steps
 from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.evaluation.results import task_record
-from hhrl_bench.schema import SCHEMA_VERSION, OptionName
+from hhrl_bench.schema import SCHEMA_VERSION
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_bench.torch_threads import one_torch_thread
 from hhrl_envs import get_scenario
-from hhrl_envs.observation import SYMBOLS
-
-__all__ = [
-    "Speeds",
-    "analyse",
-    "attention_over_episode",
-    "attention_over_plane",
-    "level_rewards",
-    "mean_attention",
-    "option_usage",
-    "plane_states",
-    "record_steps",
-]
 
 
 def analyse(source: str, task: str | Task, episodes: int, episode: int = 0) -> AnalysisRecord:
@@ -41,7 +22,7 @@ def analyse(source: str, task: str | Task, episodes: int, episode: int = 0) -> A
         episode: the test episode that is shown step by step.
 
     Raises:
-        InputError: in one line, for anything that cannot be loaded or played.
+        InputError: in one line, for anything that cannot be loaded or run.
     """
     task = get_task(task)
     scenario = get_scenario(task.scenario)
@@ -63,13 +44,3 @@ def analyse(source: str, task: str | Task, episodes: int, episode: int = 0) -> A
             level_rewards=level_rewards(steps),
             attention=mean_attention(loaded.agent, steps),
         )
-
-
-def mean_attention(agent: Agent, steps: Steps) -> dict[OptionName, Weights] | None:
-    """Return the mean weights I(s, o) over the agent's steps, by selected option; None without options or attention."""
-    able = attentive(agent)
-    if able is None or not steps.hierarchical:
-        return None
-    weights = attend(able, steps.observations, steps.option).astype(np.float64)
-    means = {name: weights[steps.option == o].mean(axis=0) for name, o in OPTIONS.items() if (steps.option == o).any()}
-    return {name: dict(zip(SYMBOLS, mean.tolist(), strict=True)) for name, mean in means.items()}

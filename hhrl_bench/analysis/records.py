@@ -7,16 +7,15 @@ from collections.abc import Mapping
 from typing import Annotated, Literal, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from hhrl_bench.evaluation.records import TaskRecord, TrainingRecord
-from hhrl_bench.schema import Count, Finite, Name, OptionName, Positive, Rate, Record, Sha256
+from hhrl_bench.schema import Count, Finite, Name, OptionName, OutcomeName, Positive, Rate, Record, Sha256
 from hhrl_envs import Outcome
+from hhrl_envs.arrays import Floats, Floats32
 
 LevelName = Literal["option", "action", "task"]
 TermName = Literal["sub_goal", "unsafe", "failure", "jerk"]
-OutcomeName = Literal["success", "collision", "not_stop", "timeout"]
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -153,7 +152,7 @@ def named(record: AnalysisRecord) -> str:
     return f"{record.agent}{seed} on {record.task.id}"
 
 
-def decimals(values: NDArray[np.float32]) -> NDArray[np.float64]:
+def decimals(values: Floats32) -> Floats:
     """Return the numbers as float64 of the fewest decimal digits that name the same float32: short in JSON."""
     return values.astype(np.str_).astype(np.float64)
 
@@ -173,6 +172,6 @@ def grouped(overall: Value, by_outcome: Mapping[OutcomeName, Value]) -> dict[str
     return {"all": overall, **{spoken(outcome): value for outcome, value in by_outcome.items()}}
 
 
-def series(columns: Mapping[Key, NDArray[np.float64]]) -> dict[Key, Series]:
+def series(columns: Mapping[Key, Floats]) -> dict[Key, Series]:
     """Return the columns, float64 [n] each, as tuples of numbers."""
     return {key: tuple(column.tolist()) for key, column in columns.items()}

@@ -3,23 +3,18 @@
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hhrl_agents import Agent
 from hhrl_bench.errors import SeedError, UnknownTaskError
-from hhrl_bench.evaluation.evaluate import BATCH_ROWS
-from hhrl_bench.evaluation.guarded_agent import Player
+from hhrl_bench.evaluation.evaluate import BATCH_ROWS, batches, rollout_of_episode
+from hhrl_bench.evaluation.metrics import of_selected
+from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import Task, get_task
-from hhrl_envs import Outcome, Simulator, get_scenario
+from hhrl_envs import Outcome, get_scenario
+from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
 
 MAX_EPISODES = 10_000
-
-BoolArray = NDArray[np.bool_]
-
-IntArray = NDArray[np.int64]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,25 +34,25 @@ class Steps:
         outcomes: how the episodes ended (:class:`hhrl_envs.Outcome`), int8 [N].
     """
 
-    episode: IntArray
-    observations: NDArray[np.float32]
-    option: IntArray
-    action: IntArray
-    terms: FloatArray
-    reward_task: FloatArray
-    reward_option: FloatArray
-    reward_action: FloatArray
+    episode: Ints
+    observations: Floats32
+    option: Ints
+    action: Ints
+    terms: Floats
+    reward_task: Floats
+    reward_option: Floats
+    reward_action: Floats
     seeds: UInt64Array
-    outcomes: NDArray[np.int8]
+    outcomes: Codes
 
     @property
     def hierarchical(self) -> bool:
         """Whether an option was selected in every step."""
         return bool((self.option >= 0).all())
 
-    def sums(self, values: FloatArray) -> FloatArray:
+    def sums(self, values: Floats) -> Floats:
         """Return the episodes' sums of a number of every step, float64 [N], added in the order of time."""
-        sums: FloatArray = np.bincount(self.episode, weights=values, minlength=len(self.seeds)).astype(np.float64)
+        sums: Floats = np.bincount(self.episode, weights=values, minlength=len(self.seeds)).astype(np.float64)
         return sums
 
 
@@ -67,16 +62,14 @@ def record_steps(agent: Agent, task: str | Task, episodes: int) -> Steps:
     Raises:
         InputError: for an unknown task, an agent that answers nonsense, or episodes other than 1 to 10,000.
     """
-    task = get_task(task)
+    task = _of_the_ego_alone(task)
     if not 1 <= episodes <= MAX_EPISODES:
         raise SeedError(f"cannot analyse {episodes} episodes, as all steps are kept; ask for 1 to {MAX_EPISODES}")
-    seeds = task.test.take(episodes)
-    padded = np.pad(seeds, (0, -episodes % BATCH_ROWS), mode="edge")
-    wanted = np.arange(len(padded)) < episodes
-    player, simulator = _table(agent, task)
-    batches = range(0, len(padded), BATCH_ROWS)
-    slices = [slice(first, first + BATCH_ROWS) for first in batches]
-    return _join([_play(player, simulator, padded[batch], wanted[batch]) for batch in slices])
+    scenario, seeds, parts = get_scenario(task.scenario), task.test.take(episodes), []
+    for number, batch in enumerate(batches(seeds)):
+        wanted = np.arange(BATCH_ROWS) < episodes - number * BATCH_ROWS
+        parts.append(_steps(Rollout(agent, scenario, batch), wanted))
+    return _join(parts)
 
 
 def record_episode(agent: Agent, task: str | Task, episode: int) -> Steps:
@@ -85,48 +78,40 @@ def record_episode(agent: Agent, task: str | Task, episode: int) -> Steps:
     Raises:
         InputError: for an unknown task, an agent that answers nonsense, or an episode outside the test set.
     """
+    rollout, row = rollout_of_episode(agent, _of_the_ego_alone(task), episode)
+    return _steps(rollout, np.arange(BATCH_ROWS) == row)
+
+
+def _of_the_ego_alone(task: str | Task) -> Task:
     task = get_task(task)
-    if episode < 0:
-        raise SeedError(f"episode is {episode}; write the number of a test episode, 0 or more")
-    row = episode % BATCH_ROWS
-    seeds = task.test.take(BATCH_ROWS, offset=episode - row)
-    return _play(*_table(agent, task), seeds, np.arange(BATCH_ROWS) == row)
-
-
-def _table(agent: Agent, task: Task) -> tuple[Player, Simulator]:
-    scenario = get_scenario(task.scenario)
-    if scenario.learned_fronts:
+    if get_scenario(task.scenario).learned_fronts:
         raise UnknownTaskError(f"{task.id} has several agents; analyse one in a task of the ego alone: stop-line-v0")
-    return Player(agent, scenario.num_actions), Simulator(scenario, BATCH_ROWS)
+    return task
 
 
-def _play(player: Player, simulator: Simulator, seeds: UInt64Array, wanted: BoolArray) -> Steps:
-    """Return the steps of the wanted rows, bool [B], of a batch of the worlds ``seeds`` [B]."""
-    simulator.reset(seeds)
-    player.reset(np.ones(len(seeds), np.bool_))
-    parts = []
-    while (live := wanted & (simulator.outcomes == Outcome.RUNNING)).any():
-        observations = simulator.observations
-        decision = player.act(observations)
-        simulator.step(decision.action)
-        rows = np.flatnonzero(live)
-        option = decision.option[rows]
-        selected, missing = np.maximum(option, 0), np.where(option >= 0, 0.0, np.nan)
+def _steps(rollout: Rollout, wanted: Flags) -> Steps:
+    """Return the steps of the wanted rows, bool [B], of a rollout."""
+    parts, number = [], np.cumsum(wanted) - 1
+    for step in rollout:
+        rows = np.flatnonzero(wanted & step.running)
+        option, results = step.option[rows], step.results
         parts.append(
             {
-                "episode": np.cumsum(wanted)[rows] - 1,
-                "observations": observations[rows],
+                "episode": number[rows],
+                "observations": step.observations[rows],
                 "option": option,
-                "action": decision.action[rows],
-                "terms": simulator.terms[rows],
-                "reward_task": simulator.rewards[rows],
-                "reward_option": simulator.reward_option[rows, selected] + missing,
-                "reward_action": simulator.reward_action[rows, selected] + missing,
+                "action": step.action[rows],
+                "terms": results.terms[rows],
+                "reward_task": results.rewards[rows],
+                "reward_option": of_selected(results.reward_option[rows], option),
+                "reward_action": of_selected(results.reward_action[rows], option),
             }
         )
+        if not (wanted & (results.outcomes == Outcome.RUNNING)).any():
+            break
     order = np.argsort(np.concatenate([part["episode"] for part in parts]), kind="stable")
     steps = {name: np.concatenate([part[name] for part in parts])[order] for name in parts[0]}
-    return Steps(**steps, seeds=seeds[wanted], outcomes=simulator.outcomes[wanted])
+    return Steps(**steps, seeds=rollout.seeds[wanted], outcomes=rollout.simulator.outcomes[wanted])
 
 
 def _join(parts: list[Steps]) -> Steps:

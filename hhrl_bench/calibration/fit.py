@@ -10,17 +10,19 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import OptimizeResult, differential_evolution
 
-from hhrl_agents.rules.paper_rules import PAPER_RULES, RuleAgent
+from hhrl_agents.rules import paper_rules
+from hhrl_agents.rules.paper_rules import RuleAgent
 from hhrl_bench.calibration import space
-from hhrl_bench.calibration.target import COLUMNS, ROWS, FloatArray, objective
+from hhrl_bench.calibration.target import COLUMNS, ROWS, objective
+from hhrl_bench.evaluation.episodes import Totals
+from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.progress import Update, silent
 from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import VALIDATION
-from hhrl_envs import InputError, Outcome, Scenario, Simulator
-from hhrl_envs.arrays import Flags
-from hhrl_envs.simulation import rewards
+from hhrl_envs import InputError, Scenario
+from hhrl_envs.arrays import Flags, Floats
 
-ENDINGS = (Outcome.COLLISION, Outcome.NOT_STOP, Outcome.TIMEOUT, Outcome.SUCCESS)
 INFEASIBLE = 1e4  # the objective of a world that draws no feasible episode
 POPULATION = 3  # candidates of a generation for each parameter
 
@@ -33,34 +35,27 @@ class Fit(NamedTuple):
     worlds: int
 
 
-def score(scenario: Scenario, seeds: UInt64Array) -> FloatArray:
+def score(scenario: Scenario, seeds: UInt64Array) -> Floats:
     """Return the nine columns of Table I for Rules 1 to 4, float64 [4, 9], over the episodes of ``seeds`` [N].
 
-    The rules play side by side in one batch of 4 N rows: the numbers of an evaluation, in a third of its time.
+    The rules drive side by side in one batch of 4 N rows: the numbers of an evaluation, in a third of its time.
     """
-    agent = _side_by_side(scenario)
-    simulator = Simulator(scenario, len(ROWS) * len(seeds))
-    simulator.reset(np.tile(seeds, len(ROWS)))
-    rows, sums = np.arange(simulator.num_rows), np.zeros((4, simulator.num_rows))
-    while (simulator.outcomes == Outcome.RUNNING).any():
-        option, action = agent.act(simulator.observations)
-        simulator.step(action)
-        terms = simulator.terms
-        sums[0] += simulator.reward_option[rows, option]
-        sums[1] += simulator.reward_action[rows, option]
-        sums[2] += terms[:, rewards.UNSMOOTH] < 0.0
-        sums[3] -= terms[:, rewards.UNSAFE_SSL] + terms[:, rewards.UNSAFE_FFV]
-    ended = [simulator.outcomes == ending for ending in ENDINGS]
-    columns = np.stack([*sums[:2], simulator.steps, *sums[2:], *ended])
-    means: FloatArray = columns.reshape(len(COLUMNS), len(ROWS), len(seeds)).mean(axis=2).T
+    metrics = [METRICS[column] for column in COLUMNS]
+    rollout = Rollout(_side_by_side(scenario), scenario, np.tile(seeds, len(ROWS)))
+    totals = Totals(rollout, metrics)
+    for step in rollout:
+        totals.add(step)
+    records = totals.records()
+    columns = np.stack([metric.values(records) for metric in metrics])
+    means: Floats = columns.reshape(len(COLUMNS), len(ROWS), len(seeds)).mean(axis=2).T
     return means
 
 
 def _side_by_side(scenario: Scenario) -> RuleAgent:
-    """Return the agent that plays rule r in the r-th part of its rows."""
-    rules = [PAPER_RULES[row.counterpart](scenario).follow for row in ROWS]
+    """Return the agent that follows rule r in the r-th part of its rows."""
+    rules = [paper_rules.RULES[row.counterpart](scenario).follow for row in ROWS]
 
-    def follow(state: FloatArray) -> Flags:
+    def follow(state: Floats) -> Flags:
         return np.concatenate([rule(part) for rule, part in zip(rules, np.split(state, len(rules)), strict=True)])
 
     return RuleAgent(scenario, follow)
@@ -92,8 +87,8 @@ def fit(seed: int, generations: int, episodes: int, update: Update = silent) -> 
     return Fit(space.named(best.x), float(best.fun), int(best.nfev))
 
 
-def _cost(seeds: UInt64Array) -> Callable[[FloatArray], float]:
-    def cost(vector: FloatArray) -> float:
+def _cost(seeds: UInt64Array) -> Callable[[Floats], float]:
+    def cost(vector: Floats) -> float:
         try:
             return objective(score(space.build(space.named(vector)), seeds))
         except InputError:

@@ -20,17 +20,15 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from hhrl_bench.paper_table import CASES, TABLE_I, PaperRow
 from hhrl_bench.schema import Finite, Name, Record, finite
-from hhrl_envs import Option
+from hhrl_envs import SUB_GOALS, Option, Outcome
+from hhrl_envs.arrays import Floats
 from hhrl_envs.scenario.scenario import Reward
-
-FloatArray = NDArray[np.float64]
 
 SIGMAS = ("sigma_1", "sigma_2", "sigma_3", "sigma_4")
 ALWAYS: Mapping[str, Option] = {"rule-1": Option.FFV, "rule-2": Option.SSL}
@@ -39,6 +37,8 @@ ALWAYS: Mapping[str, Option] = {"rule-1": Option.FFV, "rule-2": Option.SSL}
 _FIRST = len(SIGMAS)  # the splits of the first policy follow sigma
 _SPLITS = range(6)
 _UNSAFE_O, _UNSAFE_A, _COLLISION_O, _COLLISION_A, _LINE_O, _LINE_A = _SPLITS
+_FAILURES = {Outcome.COLLISION: (_COLLISION_O, _COLLISION_A), Outcome.NOT_STOP: (_LINE_O, _LINE_A)}
+"""What the failure of a sub-goal costs at the option level, and at the action level, in the order of splits."""
 
 
 class Reading(NamedTuple):
@@ -49,8 +49,8 @@ class Reading(NamedTuple):
     """
 
     sigma: tuple[float, ...]
-    residuals: FloatArray
-    line_speed: FloatArray
+    residuals: Floats
+    line_speed: Floats
 
     @property
     def largest(self) -> float:
@@ -61,10 +61,10 @@ class Reading(NamedTuple):
 class _Program(NamedTuple):
     """Rewards [2 x policies] = matrix @ unknowns; balance @ unknowns = total; the bounds of each unknown."""
 
-    matrix: FloatArray
-    rewards: FloatArray
-    balance: FloatArray
-    total: FloatArray
+    matrix: Floats
+    rewards: Floats
+    balance: Floats
+    total: Floats
     bounds: list[tuple[float, float]]
 
 
@@ -87,12 +87,12 @@ def ranges(rows: Sequence[PaperRow], largest: float) -> tuple[tuple[float, float
     return tuple((float(low), float(high)) for low, high in solved)
 
 
-def _solve(program: _Program, cost: FloatArray, largest: float) -> FloatArray:
+def _solve(program: _Program, cost: Floats, largest: float) -> Floats:
     """Return the unknowns, and behind them the largest residual, that cost least; it may be ``largest`` at most."""
     from scipy.optimize import linprog  # noqa: PLC0415
 
     margin = np.ones((len(program.rewards), 1))
-    within: FloatArray = np.block([[program.matrix, -margin], [-program.matrix, -margin]])
+    within: Floats = np.block([[program.matrix, -margin], [-program.matrix, -margin]])
     outcome = linprog(
         cost,
         A_ub=within,
@@ -129,9 +129,12 @@ def _program(rows: Sequence[PaperRow], held: Mapping[str, float]) -> _Program:
 
 def _never(row: PaperRow) -> set[int]:
     """Return the splits that are zero: no line was run, or the option that always is selected answers for it."""
-    known = {Option.FFV: {_COLLISION_O, _LINE_A}, Option.SSL: {_COLLISION_A, _LINE_O}}
-    always = ALWAYS.get(row.counterpart)
-    return (set() if always is None else known[always]) | (set() if row.not_stop else {_LINE_O, _LINE_A})
+    never = set() if row.not_stop else {_LINE_O, _LINE_A}
+    if (always := ALWAYS.get(row.counterpart)) is not None:
+        for goal in SUB_GOALS:
+            at_option, at_action = _FAILURES[goal.failure]
+            never.add(at_option if goal.option == always else at_action)
+    return never
 
 
 DEFAULT = "default"
@@ -186,7 +189,7 @@ def measure() -> SigmaRecord:
 
 
 def print_sigma(console: Console, record: SigmaRecord) -> None:
-    """Return nothing; print a column a reading: sigma, the largest residual, and the ten residuals."""
+    """Print a column a reading: sigma, the largest residual, and the ten residuals."""
     table = Table(box=box.HORIZONTALS, show_edge=False, pad_edge=False, caption_justify="left")
     table.caption = (
         "Residuals: Table I less what the reading gives, as small as the largest of them allows.\n"

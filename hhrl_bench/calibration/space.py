@@ -9,17 +9,17 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import Bounds
 
 from hhrl_envs import get_scenario
+from hhrl_envs.arrays import Floats
 from hhrl_envs.scenario.profiles import ProfileFamily, Range
 from hhrl_envs.scenario.scenario import Reward, Road, Scenario, Traffic, Vehicle
 
 SCENARIO_ID = "stop-line-paper-v0"
 
 
-def guess() -> NDArray[np.float64]:
+def guess() -> Floats:
     """Return the first guess, float64 [len(SPACE)]."""
     return np.array([parameter.guess for parameter in SPACE])
 
@@ -73,7 +73,7 @@ def bounds() -> Bounds:
     return Bounds([parameter.low for parameter in SPACE], [parameter.high for parameter in SPACE])
 
 
-def named(vector: NDArray[np.float64]) -> dict[str, float]:
+def named(vector: Floats) -> dict[str, float]:
     """Return the parameters of a vector float64 [len(SPACE)], rounded to their steps."""
     return {
         parameter.name: round(round(value / parameter.step) * parameter.step, 6)

@@ -3,12 +3,10 @@
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hhrl_bench.paper_table import CASES, TABLE_I
 from hhrl_bench.statistics.intervals import wilson
-
-FloatArray = NDArray[np.float64]
+from hhrl_envs.arrays import Floats
 
 ROWS = TABLE_I[:4]
 RATES = ("collision", "not_stop", "timeout", "success")
@@ -20,14 +18,14 @@ STEEP = 20.0  # what leaving that share costs
 
 
 @cache
-def paper() -> FloatArray:
+def paper() -> Floats:
     """Return Table I's rows of Rules 1 to 4, float64 [4, 9]; rates as shares."""
     percent = dict.fromkeys(RATES, float(CASES))
     return np.array([[getattr(row, column) / percent.get(column, 1.0) for column in COLUMNS] for row in ROWS])
 
 
 @cache
-def bars() -> tuple[FloatArray, FloatArray]:
+def bars() -> tuple[Floats, Floats]:
     """Return the bounds of every cell's bar, two float64 [4, 9]; NaN where a cell has none.
 
     A rate has to lie in the 95% Wilson interval of the paper's 100 cases, the steps within 20% of the paper's.
@@ -43,7 +41,7 @@ def bars() -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def objective(table: FloatArray) -> float:
+def objective(table: Floats) -> float:
     """Return how far the nine columns of the four rules, float64 [4, 9], are from Table I; 0: all 36 cells are met.
 
     A cell with a bar costs the square of its difference in units of the bar's arm on that side, and steeply more

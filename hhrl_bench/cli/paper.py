@@ -20,8 +20,7 @@ def calibrate(
     check_only: Annotated[bool, typer.Option("--check", help="Do not search: score the registered scenario.")] = False,
 ) -> None:
     """Fit a world to the paper's Table I and print what is left; exit code 1 if an outcome leaves its interval."""
-    from hhrl_bench.calibration.calibrate import check, search
-    from hhrl_bench.calibration.residuals import markdown
+    from hhrl_bench.calibration.calibrate import check, markdown, search
     from hhrl_bench.progress import progress
 
     announce_compiling()

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Evaluation: agents by name, the rollout of their episodes, the metrics of these, and the records of results."""

@@ -1,4 +1,4 @@
-"""Traces: every decision of played episodes, from which the simulator plays the same episodes again, bit for bit."""
+"""Traces: every decision in episodes, from which the simulator comes to the same episodes again, bit for bit."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hhrl_agents import Agent, Decision
-from hhrl_agents.agent import BoolArray, IntArray
 from hhrl_agents.training.drivers import Drivers
+from hhrl_envs.arrays import Codes, Flags, Floats32, Ints
 
 
 class Trace(NamedTuple):
@@ -21,19 +21,19 @@ class Trace(NamedTuple):
     """
 
     steps: NDArray[np.int32]
-    options: NDArray[np.int8]
-    actions: NDArray[np.int8]
+    options: Codes
+    actions: Codes
 
 
 class Recorder:
     """The decisions in a batch of B rows, step by step."""
 
     def __init__(self) -> None:
-        self._options: list[NDArray[np.int8]] = []
-        self._actions: list[NDArray[np.int8]] = []
+        self._options: list[Codes] = []
+        self._actions: list[Codes] = []
 
-    def add(self, options: IntArray, actions: IntArray) -> None:
-        """Return nothing; add the options [B slots] and the actions [B] or [B, A] of a step."""
+    def add(self, options: Ints, actions: Ints) -> None:
+        """Add the options [B slots] and the actions [B] or [B, A] of a step."""
         rows = len(actions)
         self._options.append(options.astype(np.int8).reshape(rows, -1))
         self._actions.append(actions.astype(np.int8).reshape(rows, -1))
@@ -62,18 +62,18 @@ def episode_of(trace: Trace, episode: int) -> Trace:
 class Recording:
     """An agent that decides for N rows what a trace says, whatever it sees; after the end of an episode, nothing."""
 
-    def __init__(self, steps: NDArray[np.int32], options: NDArray[np.int8], actions: NDArray[np.int8]) -> None:
+    def __init__(self, steps: NDArray[np.int32], options: Codes, actions: Codes) -> None:
         """Options and actions are [T, slots], see :class:`Trace`; the rows of an episode lie side by side."""
         self._steps, self._slots = steps, options.shape[1]
         self._first = np.cumsum(steps) - steps
         self._options, self._actions = options, actions
         self._step = 0
 
-    def reset(self, mask: BoolArray) -> None:
-        """Return nothing; begin with all episodes anew."""
+    def reset(self, mask: Flags) -> None:
+        """Start all episodes anew."""
         self._step = 0
 
-    def act(self, observations: NDArray[np.float32]) -> Decision:
+    def act(self, observations: Floats32) -> Decision:
         """Return the decisions int64 [N slots] of the next step."""
         last = np.minimum(self._step, self._steps - 1)
         self._step += 1

@@ -1,60 +1,73 @@
-"""Per-episode records of an evaluation: the numbers every metric is computed from."""
+"""What episodes came to: the records that every metric is computed from, and the totals that become them."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import get_args
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_bench.evaluation.records import RunTrafficRecord, TrafficRecord, metric_record
-from hhrl_bench.schema import OutcomeName
-from hhrl_bench.statistics.intervals import Estimate, bootstrap_mean, generator, wilson
+from hhrl_bench.evaluation.metrics import METRICS, Metric
+from hhrl_bench.evaluation.rollout import Rollout, Step
+from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_envs import Outcome
+from hhrl_envs.arrays import Codes, Flags
+
+Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EpisodeRecords:
-    """What N episodes came to; every field is an array [N], episode i being the same world for every agent.
+    """What N episodes came to; every array is [N, ...], episode i being the same world for every agent.
 
     Attributes:
         seed: world seed, uint64.
         outcome: how the episode ended (:class:`hhrl_envs.Outcome`), int8.
         steps: environment steps, int32.
-        return_task: undiscounted sum of r^task, float64.
-        return_option: undiscounted sum of r^option for the selected options; NaN for flat agents, float64.
-        return_action: undiscounted sum of r^action for the selected options; NaN for flat agents, float64.
-        unsmooth: steps with too large a jerk, int32.
-        unsafe: sum of the unsafe penalties of both sub-goals, positive, float64.
-        impact_speed: speed over the front vehicle's at a collision, m/s; NaN without one, float64.
-        smallest_gap: smallest free road to a front vehicle, m; NaN if there never was one in range, float64.
-        smallest_ttc: smallest free road over closing speed (time to collision), s, at most 10; NaN if never closing.
+        measured: the metrics that came up over the steps, by their keys, in the order of ``METRICS``; each is an
+            attribute too.
     """
 
-    seed: NDArray[np.uint64]
-    outcome: NDArray[np.int8]
+    seed: UInt64Array
+    outcome: Codes
     steps: NDArray[np.int32]
-    return_task: NDArray[np.float64]
-    return_option: NDArray[np.float64]
-    return_action: NDArray[np.float64]
-    unsmooth: NDArray[np.int32]
-    unsafe: NDArray[np.float64]
-    impact_speed: NDArray[np.float64]
-    smallest_gap: NDArray[np.float64]
-    smallest_ttc: NDArray[np.float64]
+    measured: Arrays
 
     def __len__(self) -> int:
         return len(self.seed)
 
+    def __getattr__(self, key: str) -> NDArray[Any]:
+        if key in METRICS and key in self.measured:
+            return self.measured[key]
+        raise AttributeError(f"the records have no {key!r}; they have {', '.join(self.arrays())}")
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return all arrays by their names."""
+        return {"seed": self.seed, "outcome": self.outcome, "steps": self.steps, **self.measured}
+
     def digest(self) -> str:
-        """Return the sha256, in hex, of every field's name and little-endian bytes: equal for equal episodes."""
+        """Return the sha256, in hex, of every array's name and little-endian bytes: equal for equal episodes."""
         sha = hashlib.sha256()
-        for field in fields(self):
-            array = getattr(self, field.name)
-            sha.update(f"{field.name}:{array.dtype.name}:{len(self)};".encode())
+        for name, array in self.arrays().items():
+            sha.update(f"{name}:{array.dtype.name}:{len(self)};".encode())
             sha.update(array.astype(array.dtype.newbyteorder("<")).tobytes())
         return sha.hexdigest()
+
+    def with_arrays(self, arrays: Arrays) -> Self:
+        """Return records of the same kind with these arrays, named as those of ``arrays()``."""
+        own = {name: array for name, array in arrays.items() if name not in self.measured}
+        return type(self)(**own, measured={name: arrays[name] for name in self.measured})
+
+    def part(self, rows: slice) -> Self:
+        """Return the records of some of the episodes."""
+        return self.with_arrays({name: array[rows] for name, array in self.arrays().items()})
+
+    def only(self, metrics: Iterable[str]) -> Self:
+        """Return the same records without the measured metrics of other keys than these."""
+        kept, arrays = set(metrics), self.arrays()
+        own = {name: array for name, array in arrays.items() if name not in self.measured}
+        return type(self)(**own, measured={name: array for name, array in self.measured.items() if name in kept})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,61 +75,58 @@ class TrafficRecords(EpisodeRecords):
     """The same in a world with learned front vehicles, where ``outcome`` is that of all vehicles the agent drives.
 
     It is SUCCESS if all have succeeded, else the worst: a collision, then a crossed line, then the time limit. The
-    returns and counts are those of the first of them; ``steps`` are those until the last vehicle's episode ended.
+    measured metrics are those of the first of them; ``steps`` are those until the last vehicle's episode ended.
 
     Attributes:
         feasible: whether some ego could have succeeded, bool.
         outcomes: how the episode of every agent ended, the ego first, int8 [N, A].
     """
 
-    feasible: NDArray[np.bool_]
-    outcomes: NDArray[np.int8]
+    feasible: Flags
+    outcomes: Codes
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return all arrays by their names."""
+        return {**EpisodeRecords.arrays(self), "feasible": self.feasible, "outcomes": self.outcomes}
 
 
 def join(parts: Sequence[EpisodeRecords], length: int) -> EpisodeRecords:
     """Return the first ``length`` episodes of several records of one kind, one after the other."""
-    kind = type(parts[0])
-    names = [field.name for field in fields(kind)]
-    return kind(**{name: np.concatenate([getattr(part, name) for part in parts])[:length] for name in names})
+    arrays = [part.arrays() for part in parts]
+    return parts[0].with_arrays({name: np.concatenate([one[name] for one in arrays])[:length] for name in arrays[0]})
 
 
-OUTCOMES: Mapping[OutcomeName, Outcome] = {name: Outcome[name.upper()] for name in get_args(OutcomeName)}
+class Totals:
+    """The totals of metrics over the steps of a rollout; by default of all registered ones."""
+
+    def __init__(self, rollout: Rollout, metrics: Iterable[Metric] | None = None) -> None:
+        chosen = METRICS.values() if metrics is None else metrics
+        rows = len(rollout.seeds)
+        self._rollout = rollout
+        self._accumulations = {one.key: one.accumulation for one in chosen if one.accumulation is not None}
+        self._totals = {key: accumulation.start(rows) for key, accumulation in self._accumulations.items()}
+
+    def add(self, step: Step) -> None:
+        """Add a step of the rollout."""
+        first = step.first
+        for key, accumulation in self._accumulations.items():
+            accumulation.add(self._totals[key], first)
+
+    def records(self) -> EpisodeRecords:
+        """Return the records of the rollout's episodes, which are over."""
+        seeds, simulator = self._rollout.seeds, self._rollout.simulator
+        own = simulator.agent_outcomes.reshape(len(seeds), -1)[:, list(self._rollout.slots)]
+        ended = (seeds.copy(), _worst(own), simulator.steps.astype(np.int32), self._totals)
+        if not simulator.scenario.learned_fronts:
+            return EpisodeRecords(*ended)
+        return TrafficRecords(*ended, feasible=simulator.feasible, outcomes=simulator.agent_outcomes)
 
 
-def counts(records: EpisodeRecords) -> RunTrafficRecord | None:
-    """Return the counts over the episodes of one run; None where the ego is the only agent of the world."""
-    if not isinstance(records, TrafficRecords):
-        return None
-    return RunTrafficRecord(
-        feasible=int(records.feasible.sum()),
-        success_feasible=_successes(records),
-        vehicles=tuple(
-            {name: int((own == outcome).sum()) for name, outcome in OUTCOMES.items() if (own == outcome).any()}
-            for own in records.outcomes.T
-        ),
-    )
+_BY_WEIGHT = np.array([Outcome.COLLISION, Outcome.NOT_STOP, Outcome.REAR_ENDED, Outcome.TIMEOUT, Outcome.FOILED])
 
 
-def summarise(played: Sequence[EpisodeRecords]) -> TrafficRecord | None:
-    """Return the shares with their intervals, over runs if there are several, else over episodes; None as above."""
-    runs = [records for records in played if isinstance(records, TrafficRecords)]
-    if not runs:
-        return None
-    feasible = [int(records.feasible.sum()) for records in runs]
-    lengths, successes = [len(records) for records in runs], [_successes(records) for records in runs]
-    return TrafficRecord(
-        feasible=metric_record(_share(feasible, lengths, "feasible")),
-        success_feasible=metric_record(_share(successes, feasible, "success_feasible")),
-    )
-
-
-def _successes(records: TrafficRecords) -> int:
-    return int(((records.outcome == Outcome.SUCCESS) & records.feasible).sum())
-
-
-def _share(hits: Sequence[int], of: Sequence[int], key: str) -> Estimate:
-    """Return the share of hits; not a number where there is nothing to count."""
-    if len(of) == 1 and of[0] > 0:
-        return wilson(hits[0], of[0])
-    shares = np.array([hit / total if total else np.nan for hit, total in zip(hits, of, strict=True)])
-    return bootstrap_mean(shares, generator(key), "bootstrap-seeds")
+def _worst(outcomes: Codes) -> Codes:
+    """Return the outcome that counts for vehicles with these, int8 [N], [N, slots]: SUCCESS if all have succeeded."""
+    found = (outcomes[:, None, :] == _BY_WEIGHT[:, None]).any(axis=2)
+    worst = np.where(found.any(axis=1), _BY_WEIGHT[found.argmax(axis=1)], Outcome.SUCCESS)
+    return worst.astype(np.int8)

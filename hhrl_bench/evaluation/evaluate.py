@@ -4,25 +4,29 @@ Matrix products may differ in the last bit with the batch's shape, so an agent a
 rows: the last batch is filled up with its last world, and those extra episodes are dropped.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from hhrl_agents import Agent
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
+from hhrl_bench.errors import SeedError
 from hhrl_bench.evaluation import decisions, episodes
 from hhrl_bench.evaluation.decisions import Recorder, Trace
-from hhrl_bench.evaluation.episode_sums import Tally
-from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.rollout import Stage, evaluation_drivers
+from hhrl_bench.evaluation.episodes import EpisodeRecords, Totals
+from hhrl_bench.evaluation.guarded_agent import GuardedAgent
+from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
+from hhrl_bench.evaluation.metrics import Metric
+from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import Task, get_task
-from hhrl_envs import Option, Outcome, Scenario, get_scenario
+from hhrl_envs import Option, Scenario, get_scenario
 
 BATCH_ROWS = 500
 
 
-class Played(NamedTuple):
+class ScoredEpisodes(NamedTuple):
     """N episodes: what they came to, and every decision in them."""
 
     records: EpisodeRecords
@@ -35,9 +39,9 @@ def evaluate(
     """Return the records of the first ``episodes`` test episodes, equal digit for digit on every call.
 
     Args:
-        agent: the agent to play; see :class:`hhrl_agents.Agent`.
+        agent: the agent to score; see :class:`hhrl_agents.Agent`.
         task: a task or its id.
-        episodes: how many test episodes to play, at least 1.
+        episodes: how many test episodes, at least 1.
         option: hold this option fixed in place of the agent's own choice.
 
     Raises:
@@ -47,8 +51,8 @@ def evaluate(
     return play_task(agent, task, task.test.take(episodes), option).records
 
 
-def play_task(agent: Agent, task: Task, seeds: UInt64Array, option: Option | None = None) -> Played:
-    """Return episode 0 of each world in ``seeds`` uint64 [N], played as the task is scored."""
+def play_task(agent: Agent, task: Task, seeds: UInt64Array, option: Option | None = None) -> ScoredEpisodes:
+    """Return episode 0 of each world in ``seeds`` uint64 [N], with the vehicles driven as the task is scored."""
     return play(agent, get_scenario(task.scenario), seeds, option, drivers=evaluation_drivers(task))
 
 
@@ -59,24 +63,77 @@ def play(
     option: Option | None = None,
     rows: int = BATCH_ROWS,
     drivers: Drivers = EGO_ALONE,
-) -> Played:
-    """Return episode 0 of each world in ``seeds`` uint64 [N], played in batches of ``rows``.
+    metrics: Iterable[Metric] | None = None,
+) -> ScoredEpisodes:
+    """Return episode 0 of each world in ``seeds`` uint64 [N], in batches of ``rows``; by default with all metrics.
 
     Where the scenario has learned front vehicles the records are ``TrafficRecords``.
     """
-    stage = Stage(agent, scenario, rows, option, drivers)
-    padded = np.pad(seeds, (0, -len(seeds) % rows), mode="edge")
-    records, trace = zip(*[_play_batch(stage, batch) for batch in padded.reshape(-1, rows)], strict=True)
-    return Played(episodes.join(records, len(seeds)), decisions.join(trace, len(seeds)))
+    records, traces = [], []
+    for batch in batches(seeds, rows):
+        rollout = Rollout(agent, scenario, batch, option, drivers)
+        totals, recorder = Totals(rollout, metrics), Recorder()
+        for step in rollout:
+            totals.add(step)
+            recorder.add(step.option, step.driven)
+        records.append(totals.records())
+        traces.append(recorder.trace(records[-1].steps))
+    return ScoredEpisodes(episodes.join(records, len(seeds)), decisions.join(traces, len(seeds)))
 
 
-def _play_batch(stage: Stage, seeds: UInt64Array) -> Played:
-    stage.begin(seeds)
-    tally, recorder = Tally(stage), Recorder()
-    while not stage.is_over():
-        running = stage.results.outcomes == Outcome.RUNNING
-        decision = stage.decide()
-        recorder.add(decision.option, stage.step(decision))
-        tally.add(decision.option, running)
-    records = tally.records(seeds)
-    return Played(records, recorder.trace(records.steps))
+def rollout_of_episode(agent: Agent, task: Task, episode: int, option: Option | None = None) -> tuple[Rollout, int]:
+    """Return the rollout of the batch that a test episode is scored in, and its row: the same to the last bit.
+
+    Raises:
+        SeedError: if there is no such episode.
+    """
+    if episode < 0:
+        raise SeedError(f"episode is {episode}; write the number of a test episode, 0 or more")
+    row = episode % BATCH_ROWS
+    seeds = task.test.take(BATCH_ROWS, offset=episode - row)
+    return Rollout(agent, get_scenario(task.scenario), seeds, option, evaluation_drivers(task)), row
+
+
+def batches(seeds: UInt64Array, rows: int = BATCH_ROWS) -> UInt64Array:
+    """Return the worlds uint64 [N] as batches [., rows]; the last one is filled up with its last world."""
+    return np.pad(seeds, (0, -len(seeds) % rows), mode="edge").reshape(-1, rows)
+
+
+_EGO, _FRONT = 0, 1
+
+
+def evaluation_drivers(task: Task) -> Drivers:
+    """Return who drives when an agent is scored: it is the ego, or all vehicles where the task is shared."""
+    opponent = load_opponent(task)
+    if opponent is not None:
+        return Drivers((_EGO,), {_FRONT: GuardedAgent(opponent.agent, get_scenario(task.scenario).num_actions)})
+    return _all_vehicles(task) if task.shared else EGO_ALONE
+
+
+def evaluation_slots(task: Task) -> tuple[int, ...]:
+    """Return the vehicles that an agent drives when it is scored."""
+    return _all_vehicles(task).slots if task.shared else EGO_ALONE.slots
+
+
+def training_drivers(task: Task) -> Drivers:
+    """Return who drives when an agent is trained: it is the front vehicle where the task has an ego to train against.
+
+    Raises:
+        InputError: if no such ego comes with the package.
+    """
+    if task.ego is not None:
+        return Drivers((_FRONT,), {_EGO: _load(task.ego, task).agent})
+    return _all_vehicles(task) if task.shared else EGO_ALONE
+
+
+def load_opponent(task: Task) -> LoadedAgent | None:
+    """Return the agent that drives the nearest front vehicle of the task, None where that is scripted."""
+    return None if task.opponent is None else _load(task.opponent, task)
+
+
+def _load(source: str, task: Task) -> LoadedAgent:
+    return load_agents(source, get_scenario(task.scenario))[0]
+
+
+def _all_vehicles(task: Task) -> Drivers:
+    return Drivers(tuple(range(1 + (get_scenario(task.scenario).learned_fronts or 0))))

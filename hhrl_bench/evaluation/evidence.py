@@ -15,10 +15,12 @@ from safetensors.numpy import load, save
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.decisions import Trace
-from hhrl_bench.evaluation.episodes import TrafficRecords
-from hhrl_bench.evaluation.evaluate import Played
+from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
+from hhrl_bench.evaluation.evaluate import ScoredEpisodes
+from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import RunRecord
 from hhrl_bench.evaluation.store import Store, read
+from hhrl_bench.tasks.seeds import UInt64Array
 
 MAX_BYTES = 2**30
 """No evidence is larger, once it is unpacked."""
@@ -27,28 +29,47 @@ _INT8, _INT32 = np.dtype(np.int8), np.dtype(np.int32)
 
 
 class Evidence(NamedTuple):
-    """What is kept of N played episodes.
+    """What is kept of N episodes.
 
     Attributes:
         trace: every decision; it also says how many steps each episode has.
-        outcome, unsmooth: as in ``EpisodeRecords``, int8 and int32 [N].
+        outcome: as in ``EpisodeRecords``, int8 [N].
+        measured: the metrics among those of ``EpisodeRecords`` that are whole numbers, int32 [N], by their keys.
         outcomes, feasible: as in ``TrafficRecords``; int8 [N, 0] and [N] of -1 without it.
     """
 
     trace: Trace
     outcome: NDArray[np.int8]
-    unsmooth: NDArray[np.int32]
+    measured: Mapping[str, NDArray[np.int32]]
     outcomes: NDArray[np.int8]
     feasible: NDArray[np.int8]
 
+    @property
+    def steps(self) -> NDArray[np.int32]:
+        """How many steps each episode has, int32 [N]."""
+        return self.trace.steps
 
-def pack(played: Played) -> bytes:
-    """Return the file's content for played episodes; equal episodes give equal bytes."""
-    records = played.records
-    arrays = {**played.trace._asdict(), "outcome": records.outcome, "unsmooth": records.unsmooth}
+    def records(self, seeds: UInt64Array) -> EpisodeRecords:
+        """Return the records of the episodes, in the worlds ``seeds`` [N], as far as they follow from whole numbers."""
+        if not self.outcomes.size:
+            return EpisodeRecords(seeds, self.outcome, self.steps, self.measured)
+        feasible = self.feasible == 1
+        return TrafficRecords(seeds, self.outcome, self.steps, self.measured, feasible=feasible, outcomes=self.outcomes)
+
+
+def pack(scored: ScoredEpisodes) -> bytes:
+    """Return the file's content for scored episodes; equal episodes give equal bytes."""
+    records = scored.records
+    whole = {key: records.measured[key] for key in _whole_keys() if key in records.measured}
+    arrays = {**scored.trace._asdict(), "outcome": records.outcome, **whole}
     if isinstance(records, TrafficRecords):
         arrays |= {"outcomes": records.outcomes, "feasible": records.feasible.astype(np.int8)}
     return gzip.compress(save({name: np.ascontiguousarray(array) for name, array in arrays.items()}), mtime=0)
+
+
+def _whole_keys() -> list[str]:
+    """Return the keys of the metrics whose totals are whole numbers."""
+    return [key for key, metric in METRICS.items() if metric.accumulation is not None and metric.is_whole]
 
 
 def unpack(data: bytes) -> Evidence:
@@ -60,15 +81,17 @@ def unpack(data: bytes) -> Evidence:
     arrays = _load(data)
     episodes = len(_array(arrays, "steps", _INT32, 1))
     trace = Trace(*(_array(arrays, name, kind, ndim) for name, kind, ndim in _TRACE))
-    outcome, unsmooth = _array(arrays, "outcome", _INT8, 1), _array(arrays, "unsmooth", _INT32, 1)
+    outcome = _array(arrays, "outcome", _INT8, 1)
+    whole = {key: _array(arrays, key, _INT32, 1) for key in _whole_keys() if METRICS[key].required or key in arrays}
     outcomes, feasible = np.empty((episodes, 0), np.int8), np.full(episodes, -1, np.int8)
     if "outcomes" in arrays:
         outcomes, feasible = _array(arrays, "outcomes", _INT8, 2), _array(arrays, "feasible", _INT8, 1)
-    _require({len(outcome), len(unsmooth), len(outcomes), len(feasible)} == {episodes}, "a number for every episode")
+    lengths = {len(array) for array in (outcome, *whole.values(), outcomes, feasible)}
+    _require(lengths == {episodes}, "a number for every episode")
     _require(episodes > 0 and int(trace.steps.min()) > 0, "a step in every episode")
     _require(len(trace.options) == len(trace.actions) == trace.steps.sum(dtype=np.int64), "a decision for every step")
     _require(trace.options.shape[1] > 0 and trace.actions.shape[1] > 0, "a vehicle")
-    return Evidence(trace, outcome, unsmooth, outcomes, feasible)
+    return Evidence(trace, outcome, whole, outcomes, feasible)
 
 
 def read_evidence(run: RunRecord, store: Store) -> Evidence:

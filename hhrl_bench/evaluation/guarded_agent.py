@@ -1,4 +1,4 @@
-"""Agents as the evaluation plays them: every decision checked, failures said in one line, an option held on request."""
+"""Agents as a rollout asks them: every decision checked, failures said in one line, an option held on request."""
 
 import contextlib
 import os
@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 import hhrl_agents
 import hhrl_bench
@@ -18,16 +17,17 @@ import hhrl_envs
 from hhrl_agents import Agent, Decision, HierarchicalAgent
 from hhrl_bench.errors import AgentError
 from hhrl_bench.schema import OptionName
-from hhrl_envs import Option
+from hhrl_envs import SUB_GOALS, Option
+from hhrl_envs.arrays import Flags, Floats32, Ints
 
-IntArray = NDArray[np.int64]
 Result = TypeVar("Result")
 
 _LIBRARIES = (sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
 _OURS = (str(Path(str(package.__file__)).parent) for package in (hhrl_bench, hhrl_agents, hhrl_envs))
 _NOT_THE_USERS = ("<string>", "<frozen", *(folder + os.sep for folder in (*_LIBRARIES, *_OURS)))
 
-OPTIONS: Mapping[OptionName, Option] = {"stop": Option.SSL, "follow": Option.FFV}
+OPTIONS: Mapping[OptionName, Option] = {goal.name: goal.option for goal in SUB_GOALS}
+"""The options by the names of their sub-goals, in their order."""
 
 
 def option_name(spelling: str | None) -> OptionName | None:
@@ -36,25 +36,25 @@ def option_name(spelling: str | None) -> OptionName | None:
     Raises:
         AgentError: if it is no option's.
     """
-    names = {word: name for name, option in OPTIONS.items() for word in (name, option.name.lower())}
+    names = {word: goal.name for goal in SUB_GOALS for word in (goal.name, goal.spelling.lower())}
     if spelling is not None and spelling.lower() not in names:
-        known = ", ".join(f"{name} or {option.name}" for name, option in OPTIONS.items())
+        known = ", ".join(f"{goal.name} or {goal.spelling}" for goal in SUB_GOALS)
         raise AgentError(f"unknown option {spelling!r}; write one of: {known}")
     return None if spelling is None else names[spelling.lower()]
 
 
-class Player(NamedTuple):
-    """An agent to be played by an evaluation, with ``num_actions`` levels; ``option`` holds the option fixed."""
+class GuardedAgent(NamedTuple):
+    """An agent whose decisions are checked, with ``num_actions`` levels; ``option`` holds its option fixed."""
 
     agent: Agent
     num_actions: int
     option: Option | None = None
 
-    def reset(self, mask: NDArray[np.bool_]) -> None:
-        """Return nothing; tell the agent which rows, bool [B], start an episode."""
+    def reset(self, mask: Flags) -> None:
+        """Tell the agent which rows, bool [B], start an episode."""
         guarded(lambda: self.agent.reset(mask.copy()), "reset")
 
-    def act(self, observations: NDArray[np.float32]) -> Decision:
+    def act(self, observations: Floats32) -> Decision:
         """Return the checked decisions int64 [B] for observations float32 [B, 11].
 
         Raises:
@@ -67,7 +67,7 @@ class Player(NamedTuple):
         option = _checked(answer[0], "options", rows, -1, len(Option) - 1)
         return Decision(option, _checked(answer[1], "actions", rows, 0, self.num_actions - 1))
 
-    def _ask(self, observations: NDArray[np.float32]) -> object:
+    def _ask(self, observations: Floats32) -> object:
         if self.option is None:
             return self.agent.act(observations)
         if not isinstance(self.agent, HierarchicalAgent):
@@ -99,7 +99,7 @@ def _blamed(error: BaseException) -> str:
     return f"{Path(blamed.filename).name}, line {blamed.lineno}"
 
 
-def _checked(values: object, what: str, rows: int, low: int, high: int) -> IntArray:
+def _checked(values: object, what: str, rows: int, low: int, high: int) -> Ints:
     try:
         array = np.asarray(values)
     except (ValueError, TypeError) as error:

@@ -32,7 +32,7 @@ Kind = Literal["rule", "learned", "factory"]
 
 @dataclass(frozen=True)
 class LoadedAgent:
-    """An agent ready to play; a learned one with its checkpoint's sha256, path and training."""
+    """An agent ready to drive; a learned one with its checkpoint's sha256, path and training."""
 
     kind: Kind
     agent: Agent
@@ -83,7 +83,7 @@ def _likely(name: str) -> str:
 
 
 def require_playable(sources: Sequence[str], task: Task) -> None:
-    """Return nothing; raises before anything is played for an agent that is named twice or does not load."""
+    """Raise an ``AgentError``, before anything is run, for an agent that is named twice or does not load."""
     twice = next((source for source in sources if sources.count(source) > 1), None)
     if twice is not None:
         raise AgentError(f"agent {twice!r} is named twice; name each agent once")

@@ -1,98 +1,290 @@
-"""The columns of Table I, the task's own reward, and how severe it got, as functions of episode records."""
+"""The metrics: every number that agents are scored by, declared once.
+
+The records of episodes and of results, the JSON schema, tables, comparisons and the checks of verification derive from
+``METRICS``. To add a metric, add its declaration here, or give it to ``register_metric`` in a module of your own and
+name that module: ``hhrl-bench --extension MODULE_OR_FILE.py``.
+"""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
-from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.records import MetricRecord, MetricsRecord, RunMetricsRecord, metric_record
-from hhrl_bench.statistics.intervals import Estimate, IntervalKind, bootstrap_mean, generator, wilson
 from hhrl_envs import Outcome
+from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
+from hhrl_envs.errors import InputError
+from hhrl_envs.simulation import rewards
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    from hhrl_bench.evaluation.rollout import Step
+
+LONGEST_TTC = 10.0
+"""Seconds; a longer time to collision counts as that: how much longer says nothing about danger."""
+
+RESERVED = frozenset({"seed", "outcome", "feasible", "outcomes", "options", "actions", "declarations", "get"})
+"""Words that are no keys of metrics, as records have them already."""
 
 
-class Metric(NamedTuple):
-    """A number of every episode: ``values`` maps records of N episodes to float64 [N]; a rate is one of 0 and 1.
+class Ending(Protocol):
+    """How N episodes ended."""
 
-    It is NaN in the episodes that do not have it.
+    @property
+    def outcome(self) -> Codes:
+        """Codes of :class:`hhrl_envs.Outcome`, int8 [N]."""
+
+    @property
+    def steps(self) -> NDArray[np.int32]:
+        """Environment steps, int32 [N]."""
+
+
+class Measured(Ending, Protocol):
+    """How N episodes ended, and what came up over their steps."""
+
+    @property
+    def measured(self) -> Mapping[str, NDArray[Any]]:
+        """The totals [N] of metrics, by their keys."""
+
+
+class Accumulation(Protocol):
+    """How a metric comes up over the steps of B episodes that are run side by side.
+
+    whole: whether the totals are whole numbers, which the evidence of a result keeps.
+    """
+
+    @property
+    def whole(self) -> bool:
+        """Whether the totals are int32, else they are float64."""
+
+    def start(self, rows: int) -> NDArray[Any]:
+        """Return the totals [rows] before the first step."""
+
+    def add(self, totals: NDArray[Any], step: "Step") -> None:
+        """Add a step, of the first vehicle that the agent drives in every row, to the totals [rows]."""
+
+
+@dataclass(frozen=True)
+class Sum:
+    """The sum of ``of``, numbers or truth values [B] of a step, over the steps in which an episode runs."""
+
+    of: Callable[["Step"], Floats | Floats32 | Ints | Flags]
+    whole: bool = False
+
+    def start(self, rows: int) -> NDArray[Any]:
+        """Return zeros, int32 or float64 [rows]."""
+        return np.zeros(rows, np.int32 if self.whole else np.float64)
+
+    def add(self, totals: NDArray[Any], step: "Step") -> None:
+        """Add a step to the totals [rows]."""
+        totals += np.where(step.running, self.of(step), 0)
+
+
+@dataclass(frozen=True)
+class Least:
+    """The least of ``of``, float64 [B] of a step, over the steps in which an episode runs; NaN where there is none."""
+
+    of: Callable[["Step"], Floats]
+    whole: bool = False
+
+    def start(self, rows: int) -> NDArray[Any]:
+        """Return NaN, float64 [rows]."""
+        return np.full(rows, np.nan)
+
+    def add(self, totals: NDArray[Any], step: "Step") -> None:
+        """Add a step to the totals [rows]."""
+        np.fmin(totals, np.where(step.running, self.of(step), np.nan), out=totals)
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number of every episode; a result has its mean.
+
+    Attributes:
+        key: its name in files, such as ``"smallest_gap"``.
+        heading: what stands above its column; a line end in it is one in narrow columns.
+        of: how it comes up over the steps, or a function of how the episodes ended.
+        meaning: what it is, in a sentence.
+        unit: its unit; empty where it has none.
+        digits, bound_digits: after the point of means, and of the bounds of intervals, in tables.
+        better: whether more or less of it is better; None: neither.
+        is_rate: whether it is 0 or 1 in every episode; tables show the mean in percent.
+        nullable: whether it is NaN in some episodes, which then do not count; in files, the mean of none is null.
+        required: whether every entry has it; a metric that is younger than some entries cannot be.
+        watched: whether trainings report it of validation episodes.
+        compared: whether entries compare every two agents by it; only if it is whole.
+        table: the table that it is a column of: the results, or the worst cases; None: of neither.
     """
 
     key: str
-    is_rate: bool
-    values: Callable[[EpisodeRecords], FloatArray]
+    heading: str
+    of: Accumulation | Callable[[Ending], Floats]
+    meaning: str
+    unit: str = ""
+    digits: int = 2
+    bound_digits: int = 2
+    better: Literal["higher", "lower"] | None = None
+    is_rate: bool = False
+    nullable: bool = True
+    required: bool = False
+    watched: bool = False
+    compared: bool = False
+    table: Literal["results", "worst cases"] | None = "results"
+
+    @property
+    def accumulation(self) -> Accumulation | None:
+        """How it comes up over the steps; None: it follows from how the episodes ended."""
+        return None if callable(self.of) else self.of
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether an episode's value follows from the whole numbers that the evidence of a result keeps."""
+        return callable(self.of) or self.of.whole
+
+    def values(self, records: Measured) -> Floats:
+        """Return the numbers of N episodes, float64 [N]; NaN in those that have none."""
+        return np.asarray(self.of(records) if callable(self.of) else records.measured[self.key], np.float64)
 
 
-def _field(key: str) -> Metric:
-    return Metric(key, False, lambda records: np.asarray(getattr(records, key), np.float64))
+_by_key: dict[str, Metric] = {}
+
+METRICS: Mapping[str, Metric] = MappingProxyType(_by_key)
+"""All metrics by their keys, in the order of files; those of users come last."""
 
 
-def _rate(key: str, outcome: Outcome) -> Metric:
-    return Metric(key, True, lambda records: np.asarray(records.outcome == outcome, np.float64))
+def register_metric(metric: Metric) -> Metric:
+    """Make a metric known by its key to all commands, and return it.
+
+    Raises:
+        InputError: if the key is none, or is taken.
+    """
+    key = metric.key
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", key) or key in RESERVED or hasattr(BaseModel, key):
+        raise InputError(f"a metric cannot have the key {key!r}; write another word, such as 'stop_error'")
+    if _by_key.get(key, metric) != metric:
+        raise InputError(f"there is a metric {key!r} already; write another key")
+    if metric.compared and not metric.is_whole:
+        raise InputError(f"metric {key!r} cannot be compared: no evidence of a result keeps its values")
+    _by_key[key] = metric
+    return metric
 
 
-METRICS = (
-    _field("return_task"),
-    _field("return_option"),
-    _field("return_action"),
-    _field("steps"),
-    _field("unsmooth"),
-    _field("unsafe"),
-    _rate("collision", Outcome.COLLISION),
-    _rate("not_stop", Outcome.NOT_STOP),
-    _rate("timeout", Outcome.TIMEOUT),
-    _rate("success", Outcome.SUCCESS),
-)
-"""What training is watched by."""
-
-SCORED = (*METRICS, _field("impact_speed"), _field("smallest_gap"), _field("smallest_ttc"))
-"""What agents are scored by."""
+def watched() -> list[Metric]:
+    """Return the metrics that trainings report of validation episodes."""
+    return [metric for metric in METRICS.values() if metric.watched]
 
 
-def means(records: EpisodeRecords, metrics: Sequence[Metric] = METRICS) -> dict[str, float]:
-    """Return the mean of every metric over the episodes that have it, NaN where none has."""
-    return {metric.key: mean(metric.values(records)) for metric in metrics}
+def compared() -> list[Metric]:
+    """Return the metrics by which entries compare every two agents."""
+    return [metric for metric in METRICS.values() if metric.compared]
 
 
-def mean(values: FloatArray) -> float:
+def columns(table: Literal["results", "worst cases"]) -> tuple[Metric, ...]:
+    """Return the metrics that are columns of a table; the rates come last, as in the paper's Table I."""
+    chosen = [metric for metric in METRICS.values() if metric.table == table]
+    return tuple(sorted(chosen, key=lambda metric: metric.is_rate))
+
+
+def means(records: Measured, metrics: Iterable[Metric] | None = None) -> dict[str, float]:
+    """Return the mean of every metric over the episodes that have it, NaN where none has; by default of all metrics."""
+    return {one.key: mean(one.values(records)) for one in (METRICS.values() if metrics is None else metrics)}
+
+
+def mean(values: Floats) -> float:
     """Return the mean of the values that are not NaN; NaN if all are."""
     known = values[~np.isnan(values)]
     return float(np.mean(known)) if known.size else math.nan
 
 
-def summarise(played: Sequence[EpisodeRecords]) -> MetricsRecord:
-    """Return every metric with its interval: over training seeds if there are several, else over episodes."""
-    if len(played) > 1:
-        runs = [{metric.key: mean(metric.values(records)) for metric in SCORED} for records in played]
-        return _record({metric.key: _over_runs(metric, [run[metric.key] for run in runs]) for metric in SCORED})
-    return _record({metric.key: over_episodes(metric, metric.values(played[0])) for metric in SCORED})
+def of_selected(by_option: Floats, option: Ints) -> Floats:
+    """Return the rewards [B] of the selected options, given those of all options [B, K]; NaN where none is selected."""
+    selected = by_option[np.arange(len(option)), np.maximum(option, 0)]
+    return np.where(option >= 0, selected, np.nan)
 
 
-def summarise_runs(runs: Sequence[RunMetricsRecord]) -> MetricsRecord:
-    """Return what ``summarise`` does for several runs, from their means alone."""
-    known = {metric: [getattr(run, metric.key) for run in runs] for metric in SCORED}
-    return _record({metric.key: _over_runs(metric, values) for metric, values in known.items()})
+def _unsafe(step: "Step") -> Floats:
+    return -step.results.terms[:, [rewards.UNSAFE_SSL, rewards.UNSAFE_FFV]].sum(axis=1)
 
 
-def over_episodes(metric: Metric, values: FloatArray) -> MetricRecord:
-    """Return a metric of a single run from its values [episodes]."""
-    if metric.is_rate:
-        return metric_record(wilson(int(values.sum()), len(values)))
-    return metric_record(_bootstrap(metric, values, "bootstrap-episodes"))
+def _gap(step: "Step") -> Floats:
+    """Return the free road [m] to the front vehicle, [B]; NaN where there is none within the sensors' range."""
+    gap = np.maximum(step.road, 0.0)
+    return np.where(gap < step.simulator.scenario.sensor.front_range, gap, np.nan)
 
 
-def _over_runs(metric: Metric, means: Sequence[float | None]) -> MetricRecord:
-    return metric_record(_bootstrap(metric, np.array(means, np.float64), "bootstrap-seeds"))
+def _time_to_collision(step: "Step") -> Floats:
+    """Return the free road over the closing speed [s], [B], at most LONGEST_TTC; NaN where the gap does not close."""
+    gap = _gap(step)
+    ttc = np.divide(gap, step.closing, out=np.full_like(gap, np.nan), where=step.closing > 0.0)
+    return np.minimum(ttc, LONGEST_TTC)
 
 
-def _bootstrap(metric: Metric, values: FloatArray, kind: IntervalKind) -> Estimate:
-    """Return the estimate of the values that are known; where none is, of nothing."""
-    known = values[~np.isnan(values)]
-    return bootstrap_mean(known if known.size else values, generator(metric.key), kind)
+def _impact_speed(step: "Step") -> Floats:
+    return np.where(step.results.outcomes == Outcome.COLLISION, step.closing, np.nan)
 
 
-def _record(metrics: Mapping[str, MetricRecord]) -> MetricsRecord:
-    return MetricsRecord(**metrics)
+def _ends_in(outcome: Outcome) -> Callable[[Ending], Floats]:
+    return lambda ending: np.asarray(ending.outcome == outcome, np.float64)
+
+
+def _rate(outcome: Outcome, better: Literal["higher", "lower"], *, compared: bool = False) -> Metric:
+    key = outcome.name.lower()
+    heading, meaning = key.replace("_", " "), f"share of the episodes that end in {outcome.name}"
+    return Metric(
+        key, heading, _ends_in(outcome), meaning, digits=1, bound_digits=1, better=better, is_rate=True, nullable=False,
+        required=True, watched=True, compared=compared,
+    )  # fmt: skip
+
+
+for _metric in (
+    Metric(
+        "return_task", "r^task", Sum(lambda step: step.results.rewards), "undiscounted sum of r^task",
+        bound_digits=1, better="higher", nullable=False, required=True, watched=True, table=None,
+    ),
+    Metric(
+        "return_option", "r^o", Sum(lambda step: of_selected(step.results.reward_option, step.option)),
+        "undiscounted sum of r^option of the selected options; none for flat agents",
+        bound_digits=1, better="higher", required=True, watched=True,
+    ),
+    Metric(
+        "return_action", "r^a", Sum(lambda step: of_selected(step.results.reward_action, step.option)),
+        "undiscounted sum of r^action of the selected options; none for flat agents",
+        bound_digits=1, better="higher", required=True, watched=True,
+    ),
+    Metric(
+        "steps", "step", lambda ending: np.asarray(ending.steps, np.float64), "environment steps",
+        digits=1, bound_digits=1, nullable=False, required=True, watched=True,
+    ),
+    Metric(
+        "unsmooth", "unsmooth", Sum(lambda step: step.results.terms[:, rewards.UNSMOOTH] < 0.0, whole=True),
+        "steps with too large a jerk", better="lower", nullable=False, required=True, watched=True,
+    ),
+    Metric(
+        "unsafe", "unsafe", Sum(_unsafe), "sum of the unsafe penalties of all sub-goals, positive",
+        better="lower", nullable=False, required=True, watched=True,
+    ),
+    _rate(Outcome.COLLISION, "lower"),
+    _rate(Outcome.NOT_STOP, "lower"),
+    _rate(Outcome.TIMEOUT, "lower"),
+    _rate(Outcome.SUCCESS, "higher", compared=True),
+    Metric(
+        "impact_speed", "impact\nm/s", Least(_impact_speed),
+        "speed relative to the front vehicle at a collision; none without one",
+        unit="m/s", better="lower", required=True, table="worst cases",
+    ),
+    Metric(
+        "smallest_gap", "smallest\ngap, m", Least(_gap),
+        "smallest free road to a front vehicle; none if there never was one in range",
+        unit="m", better="higher", required=True, table="worst cases",
+    ),
+    Metric(
+        "smallest_ttc", "smallest\nTTC, s", Least(_time_to_collision),
+        "smallest free road over closing speed (time to collision), at most 10 s; none if the gap never closed",
+        unit="s", better="higher", required=True, table="worst cases",
+    ),
+):  # fmt: skip
+    register_metric(_metric)

@@ -4,12 +4,29 @@ Records are strict (no unknown key, no coerced type), frozen, and hold finite nu
 two runs of a command (clock, machine, versions) stands in the ``provenance`` block; the rest is equal digit for digit.
 """
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field, GetJsonSchemaHandler, create_model, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
+from hhrl_bench.evaluation.metrics import METRICS, Metric
 from hhrl_bench.provenance import ProvenanceRecord
-from hhrl_bench.schema import Count, Finite, Name, OptionName, OutcomeName, Positive, Rate, Record, Sha256, finite
+from hhrl_bench.schema import (
+    Count,
+    Finite,
+    Name,
+    OptionName,
+    OutcomeName,
+    Positive,
+    Rate,
+    Record,
+    Sha256,
+    described,
+    finite,
+)
 from hhrl_bench.statistics.intervals import Estimate, IntervalKind
 
 
@@ -30,43 +47,97 @@ def metric_record(estimate: Estimate) -> MetricRecord:
     return MetricRecord(**finite(numbers), n=estimate.n, interval=estimate.interval)
 
 
-class MetricsRecord(Record):
-    """The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.
+class _ByMetric(Record):
+    """Values by the keys of metrics, in the order of ``METRICS``; each is an attribute too.
 
-    ``impact_speed``, m/s, is that of the collisions; see :class:`hhrl_bench.evaluation.episodes.EpisodeRecords`.
+    Which keys there may be, and which values, say the metrics that are registered when a record is read.
     """
 
-    return_task: MetricRecord
-    return_option: MetricRecord
-    return_action: MetricRecord
-    steps: MetricRecord
-    unsmooth: MetricRecord
-    unsafe: MetricRecord
-    collision: MetricRecord
-    not_stop: MetricRecord
-    timeout: MetricRecord
-    success: MetricRecord
-    impact_speed: MetricRecord
-    smallest_gap: MetricRecord
-    smallest_ttc: MetricRecord
+    model_config = ConfigDict(extra="allow")
+
+    @classmethod
+    def _type_of(cls, metric: Metric) -> Any:
+        """Return the type of a metric's value."""
+        raise NotImplementedError
+
+    def declarations(self) -> list[Metric]:
+        """Return the metrics that it has values of."""
+        return [METRICS[key] for key in self.model_extra or {}]
+
+    def __contains__(self, key: str) -> bool:
+        return key in (self.model_extra or {})
+
+    def get(self, key: str) -> Any:
+        """Return the value of a metric; None where the record has none."""
+        return (self.model_extra or {}).get(key)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_registered_metrics(cls, data: Any) -> Any:
+        if isinstance(data, cls):
+            return data
+        for key in data if isinstance(data, Mapping) else ():
+            if key not in METRICS:
+                raise ValueError(
+                    f"the metric {key!r} is not registered here; "
+                    "load the module that registers it: hhrl-bench --extension MODULE_OR_FILE.py"
+                )
+        given = _model(cls, tuple(METRICS.values())).model_validate(data)
+        return {key: getattr(given, key) for key in METRICS if key in given.model_fields_set}
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Return the schema with the metrics that are registered now."""
+        schema = handler(_model(cls, tuple(METRICS.values())).__pydantic_core_schema__)
+        return {**handler.resolve_ref_schema(schema), **cls.model_config.get("json_schema_extra", {})}
 
 
-class RunMetricsRecord(Record):
+@cache
+def _model(record: type[_ByMetric], metrics: tuple[Metric, ...]) -> type[Record]:
+    """Return the model that holds such a record's values of these metrics as fields; not every entry has every one."""
+    fields: dict[str, Any] = {
+        metric.key: (record._type_of(metric), ... if metric.required else None)  # noqa: SLF001
+        for metric in metrics
+    }
+    return create_model(record.__name__, __base__=Record, __doc__=record.__doc__, **fields)
+
+
+class MetricsRecord(_ByMetric):
+    """The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.
+
+    What each is, says its declaration in :data:`hhrl_bench.evaluation.metrics.METRICS`.
+    """
+
+    model_config = described(
+        "The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.\n\n"
+        "``impact_speed``, m/s, is that of the collisions; see :class:`hhrl_bench.episodes.EpisodeRecords`."
+    )
+    __pydantic_extra__: dict[str, MetricRecord]
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, key: str) -> MetricRecord:
+            """Return the value of a metric."""
+
+    @classmethod
+    def _type_of(cls, _: Metric) -> Any:
+        return MetricRecord
+
+
+class RunMetricsRecord(_ByMetric):
     """The means over the episodes of one run that have the number; null: none has."""
 
-    return_task: Finite
-    return_option: Finite | None
-    return_action: Finite | None
-    steps: Finite
-    unsmooth: Finite
-    unsafe: Finite
-    collision: Rate
-    not_stop: Rate
-    timeout: Rate
-    success: Rate
-    impact_speed: Finite | None
-    smallest_gap: Finite | None
-    smallest_ttc: Finite | None
+    __pydantic_extra__: dict[str, Finite | None]
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, key: str) -> Any:
+            """Return the mean of a metric."""
+
+    @classmethod
+    def _type_of(cls, metric: Metric) -> Any:
+        kind: Any = Rate if metric.is_rate else Finite
+        return kind | None if metric.nullable else kind
 
 
 class TrainingRecord(Record):
@@ -154,6 +225,13 @@ class TaskRecord(Record):
     :mod:`hhrl_envs.simulation.trajectory_digest`; the worlds of training and validation begin at ``train_start`` and
     ``validation_start``. ``shared``: one policy drove all vehicles, and success means that all have succeeded.
     """
+
+    model_config = described(
+        "A task as it was played: test episode i is the world of seed ``test_start + i``.\n\n"
+        "``golden_digest`` is that of the scenario's trajectories, see :mod:`hhrl_envs.golden`; the worlds of training "
+        "and\nvalidation begin at ``train_start`` and ``validation_start``. ``shared``: one policy drove all vehicles, "
+        "and\nsuccess means that all have succeeded."
+    )
 
     id: Name
     scenario: Name

@@ -1,34 +1,49 @@
 """Results: the runs of one agent on one task, and what they come to."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import get_args
+
+import numpy as np
 
 from hhrl_bench.errors import AgentError
-from hhrl_bench.evaluation import episodes as traffic
-from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.evaluate import Played, play_task
+from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
+from hhrl_bench.evaluation.evaluate import ScoredEpisodes, load_opponent, play_task
 from hhrl_bench.evaluation.evidence import pack
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import Kind, LoadedAgent, load_agents
-from hhrl_bench.evaluation.metrics import SCORED, means, summarise
+from hhrl_bench.evaluation.metrics import METRICS, Metric, means
 from hhrl_bench.evaluation.records import (
     EvaluationRecord,
+    MetricRecord,
+    MetricsRecord,
     OpponentRecord,
     ResultRecord,
     RunMetricsRecord,
     RunRecord,
+    RunTrafficRecord,
     TaskRecord,
     TimedResult,
+    TrafficRecord,
     TrainingRecord,
+    metric_record,
 )
-from hhrl_bench.evaluation.rollout import load_opponent
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.progress import Update, silent
 from hhrl_bench.provenance import provenance
-from hhrl_bench.schema import SCHEMA_VERSION, OptionName, finite
-from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
+from hhrl_bench.schema import SCHEMA_VERSION, OptionName, OutcomeName, finite
+from hhrl_bench.statistics.intervals import (
+    BOOTSTRAP_SEED,
+    CONFIDENCE,
+    Estimate,
+    IntervalKind,
+    bootstrap_mean,
+    generator,
+    wilson,
+)
 from hhrl_bench.tasks.tasks import Task
 from hhrl_bench.torch_threads import one_torch_thread
-from hhrl_envs import get_scenario
+from hhrl_envs import Outcome, get_scenario
+from hhrl_envs.arrays import Floats
 from hhrl_envs.simulation.trajectory_digest import trajectory_digest
 
 
@@ -77,26 +92,105 @@ def result_record(
         task=task.id,
         option=option,
         runs=tuple(runs),
-        metrics=summarise(records),
-        traffic=traffic.summarise(records),
+        metrics=summarise([run.metrics for run in runs], records[0]),
+        traffic=summarise_traffic(records),
     )
 
 
 def run_record(
-    checkpoint: str | None, training: TrainingRecord | None, records: EpisodeRecords, evidence: str | None
+    checkpoint: str | None,
+    training: TrainingRecord | None,
+    records: EpisodeRecords,
+    evidence: str | None,
+    metrics: Sequence[Metric] | None = None,
 ) -> RunRecord:
-    """Return the record of one policy; ``checkpoint`` and ``evidence`` are the sha256 that they are kept under."""
+    """Return the record of one policy; by default with all metrics.
+
+    ``checkpoint`` and ``evidence`` are the sha256 that they are kept under.
+    """
+    chosen = [*METRICS.values()] if metrics is None else metrics
     return RunRecord(
         checkpoint_sha256=checkpoint,
         training=training,
         evidence_sha256=evidence,
-        episodes_sha256=records.digest(),
-        metrics=RunMetricsRecord.model_validate(finite(means(records, SCORED))),
-        traffic=traffic.counts(records),
+        episodes_sha256=records.only(metric.key for metric in chosen).digest(),
+        metrics=RunMetricsRecord.model_validate(finite(means(records, chosen))),
+        traffic=count_traffic(records),
     )
 
 
-def _keep(store: Store, loaded: LoadedAgent, played: Played) -> str:
+def summarise(runs: Sequence[RunMetricsRecord], records: EpisodeRecords) -> MetricsRecord:
+    """Return every metric that all runs have, with its interval.
+
+    It is over the means of several runs, over the episodes of a single one, which are ``records``.
+    """
+    metrics = [metric for key, metric in METRICS.items() if all(key in run for run in runs)]
+    if len(runs) == 1:
+        return MetricsRecord(**{metric.key: over_episodes(metric, metric.values(records)) for metric in metrics})
+    return MetricsRecord(**{metric.key: over_runs(metric, [run.get(metric.key) for run in runs]) for metric in metrics})
+
+
+def over_runs(metric: Metric, means: Sequence[float | None]) -> MetricRecord:
+    """Return a metric of several runs from their means."""
+    return metric_record(_bootstrap(metric, np.array(means, np.float64), "bootstrap-seeds"))
+
+
+def over_episodes(metric: Metric, values: Floats) -> MetricRecord:
+    """Return a metric of a single run from its values [episodes]."""
+    if metric.is_rate:
+        return metric_record(wilson(int(values.sum()), len(values)))
+    return metric_record(_bootstrap(metric, values, "bootstrap-episodes"))
+
+
+def _bootstrap(metric: Metric, values: Floats, kind: IntervalKind) -> Estimate:
+    """Return the estimate of the values that are known; where none is, of nothing."""
+    known = values[~np.isnan(values)]
+    return bootstrap_mean(known if known.size else values, generator(metric.key), kind)
+
+
+OUTCOMES: Mapping[OutcomeName, Outcome] = {name: Outcome[name.upper()] for name in get_args(OutcomeName)}
+
+
+def count_traffic(records: EpisodeRecords) -> RunTrafficRecord | None:
+    """Return the counts over the episodes of one run; None where the ego is the only agent of the world."""
+    if not isinstance(records, TrafficRecords):
+        return None
+    return RunTrafficRecord(
+        feasible=int(records.feasible.sum()),
+        success_feasible=_successes(records),
+        vehicles=tuple(
+            {name: int((own == outcome).sum()) for name, outcome in OUTCOMES.items() if (own == outcome).any()}
+            for own in records.outcomes.T
+        ),
+    )
+
+
+def summarise_traffic(runs: Sequence[EpisodeRecords]) -> TrafficRecord | None:
+    """Return the shares with their intervals, over runs if there are several, else over episodes; None as above."""
+    known = [records for records in runs if isinstance(records, TrafficRecords)]
+    if not known:
+        return None
+    feasible = [int(records.feasible.sum()) for records in known]
+    lengths, successes = [len(records) for records in known], [_successes(records) for records in known]
+    return TrafficRecord(
+        feasible=metric_record(_share(feasible, lengths, "feasible")),
+        success_feasible=metric_record(_share(successes, feasible, "success_feasible")),
+    )
+
+
+def _successes(records: TrafficRecords) -> int:
+    return int(((records.outcome == Outcome.SUCCESS) & records.feasible).sum())
+
+
+def _share(hits: Sequence[int], of: Sequence[int], key: str) -> Estimate:
+    """Return the share of hits; not a number where there is nothing to count."""
+    if len(of) == 1 and of[0] > 0:
+        return wilson(hits[0], of[0])
+    shares = np.array([hit / total if total else np.nan for hit, total in zip(hits, of, strict=True)])
+    return bootstrap_mean(shares, generator(key), "bootstrap-seeds")
+
+
+def _keep(store: Store, loaded: LoadedAgent, played: ScoredEpisodes) -> str:
     if loaded.path:
         store.add_checkpoint(loaded.path.read_bytes())
     return store.add_evidence(pack(played))

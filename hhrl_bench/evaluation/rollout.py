@@ -1,91 +1,109 @@
-"""Worlds in which an agent drives its vehicles, and other agents or scripts drive the others."""
+"""The rollout: an agent drives vehicles of many worlds, step by step; whoever wants to know something adds it up."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from hhrl_agents import Agent, Decision
-from hhrl_agents.agent import IntArray
+from hhrl_agents import Agent
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
-from hhrl_bench.evaluation.guarded_agent import Player
-from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
+from hhrl_bench.evaluation.guarded_agent import GuardedAgent
 from hhrl_bench.tasks.seeds import UInt64Array
-from hhrl_bench.tasks.tasks import Task
-from hhrl_envs import Option, Outcome, Scenario, get_scenario
+from hhrl_envs import Option, Outcome, Scenario, Simulator
+from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
+from hhrl_envs.simulation.simulator import Results
 
 
-class Stage:
-    """``rows`` worlds of one scenario, played side by side by an agent; ``option`` holds its option fixed.
+@dataclass(frozen=True)
+class Step:
+    """A step of B worlds, in which an agent drives V vehicles, as many in every world; those of a world side by side.
 
     Attributes:
-        simulator: the worlds.
-        slots: the vehicles that the agent drives in every row.
-        results: what the agent's vehicles got from the last step, [B slots]: those of a row side by side.
+        observations: what the agent saw before it decided, float32 [V, 11]; see ``hhrl_envs.observation``.
+        option: the selected options, -1 from a flat agent, int64 [V].
+        action: the chosen levels, int64 [V].
+        driven: the levels of all vehicles that any agent drives, int64 [B], or [B, A] where they are several.
+        running: whose episode was running before the step, bool [V].
+        results: what the vehicles got from the step, [V] each: rewards, terms, outcomes, observations after it.
+        simulator: the worlds after the step.
+        slots: the vehicles that the agent drives in every world; 0 is the ego.
+    """
+
+    observations: Floats32
+    option: Ints
+    action: Ints
+    driven: Ints
+    running: Flags
+    results: Results
+    simulator: Simulator
+    slots: tuple[int, ...]
+
+    @cached_property
+    def first(self) -> "Step":
+        """The same step with the first vehicle of every world alone, [B] each."""
+        if len(self.slots) == 1:
+            return self
+        rows = slice(None, None, len(self.slots))
+        return Step(
+            self.observations[rows],
+            self.option[rows],
+            self.action[rows],
+            self.driven,
+            self.running[rows],
+            Results(*(values[rows] for values in self.results)),
+            self.simulator,
+            self.slots[:1],
+        )
+
+    @property
+    def road(self) -> Floats:
+        """The true free road [m] to the vehicle ahead of the first vehicle, float64 [B]."""
+        return self._ahead[0]
+
+    @property
+    def closing(self) -> Floats:
+        """How fast that road closes [m/s], float64 [B]."""
+        return self._ahead[1]
+
+    @cached_property
+    def _ahead(self) -> tuple[Floats, Floats]:
+        return self.simulator.ahead(self.slots[0])
+
+
+class Rollout:
+    """Episode 0 of B worlds, run side by side from their start until all episodes have ended: iterate over its steps.
+
+    Attributes:
+        simulator: the worlds as they are now; at the start, before the first step.
+        seeds: those of the worlds, uint64 [B].
+        slots: the vehicles that the agent drives in every world.
     """
 
     def __init__(
-        self, agent: Agent, scenario: Scenario, rows: int, option: Option | None = None, drivers: Drivers = EGO_ALONE
+        self,
+        agent: Agent,
+        scenario: Scenario,
+        seeds: UInt64Array,
+        option: Option | None = None,
+        drivers: Drivers = EGO_ALONE,
     ) -> None:
-        self.simulator = drivers.simulator(scenario, rows)
-        self.slots = drivers.slots
-        self._drivers, self._player = drivers, Player(agent, scenario.num_actions, option)
-
-    def begin(self, seeds: UInt64Array) -> None:
-        """Return nothing; put every row at the start of episode 0 of its seed, uint64 [B]."""
+        """Put B worlds at their start; ``option`` holds the agent's option fixed, ``drivers`` drive the vehicles."""
+        self.seeds, self.slots = seeds, drivers.slots
+        self.simulator = drivers.simulator(scenario, len(seeds))
+        self._agent, self._drivers = GuardedAgent(agent, scenario.num_actions, option), drivers
         self.simulator.reset(seeds)
-        self._drivers.begin(np.ones(len(seeds), np.bool_))
-        self.results = self._drivers.results(self.simulator)
-        self._player.reset(np.ones(len(self.results.outcomes), np.bool_))
+        drivers.begin(np.ones(len(seeds), np.bool_))
+        self._agent.reset(np.ones(len(seeds) * len(drivers.slots), np.bool_))
 
-    def decide(self) -> Decision:
-        """Return what the agent decides for its vehicles, [B slots]."""
-        return self._player.act(self.results.observations)
-
-    def step(self, decision: Decision) -> IntArray:
-        """Return the actions of all vehicles that are driven, [B] or [B, A]; every row has made a step with them."""
-        actions = self._drivers.actions(self.simulator, decision.action)
-        self.simulator.step(actions)
-        self.results = self._drivers.results(self.simulator)
-        return actions
-
-    def is_over(self) -> bool:
-        """Return whether the episodes of all agents of all rows have ended."""
-        return not (self.simulator.agent_outcomes == Outcome.RUNNING).any()
-
-
-_EGO, _FRONT = 0, 1
-
-
-def evaluation_drivers(task: Task) -> Drivers:
-    """Return who drives when an agent is scored: it is the ego, or all vehicles where the task is shared."""
-    opponent = load_opponent(task)
-    if opponent is not None:
-        return Drivers((_EGO,), {_FRONT: Player(opponent.agent, get_scenario(task.scenario).num_actions)})
-    return _all_vehicles(task) if task.shared else EGO_ALONE
-
-
-def evaluation_slots(task: Task) -> tuple[int, ...]:
-    """Return the vehicles that an agent drives when it is scored."""
-    return _all_vehicles(task).slots if task.shared else EGO_ALONE.slots
-
-
-def training_drivers(task: Task) -> Drivers:
-    """Return who drives when an agent is trained: it is the front vehicle where the task has an ego to train against.
-
-    Raises:
-        InputError: if no such ego comes with the package.
-    """
-    if task.ego is not None:
-        return Drivers((_FRONT,), {_EGO: _load(task.ego, task).agent})
-    return _all_vehicles(task) if task.shared else EGO_ALONE
-
-
-def load_opponent(task: Task) -> LoadedAgent | None:
-    """Return the agent that drives the nearest front vehicle of the task, None where that is scripted."""
-    return None if task.opponent is None else _load(task.opponent, task)
-
-
-def _load(source: str, task: Task) -> LoadedAgent:
-    return load_agents(source, get_scenario(task.scenario))[0]
-
-
-def _all_vehicles(task: Task) -> Drivers:
-    return Drivers(tuple(range(1 + (get_scenario(task.scenario).learned_fronts or 0))))
+    def __iter__(self) -> Iterator[Step]:
+        """Yield every step, of all worlds at once; ended episodes stay as they are, and earn nothing."""
+        simulator, drivers = self.simulator, self._drivers
+        results = drivers.results(simulator)
+        while (simulator.agent_outcomes == Outcome.RUNNING).any():
+            before, running = results.observations, results.outcomes == Outcome.RUNNING
+            decision = self._agent.act(before)
+            driven = drivers.actions(simulator, decision.action)
+            simulator.step(driven)
+            results = drivers.results(simulator)
+            yield Step(before, decision.option, decision.action, driven, running, results, simulator, self.slots)

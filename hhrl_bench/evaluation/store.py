@@ -38,7 +38,7 @@ class Store:
         return _add(self.checkpoint(sha256_of(data)), data)
 
     def copy(self, path: Path) -> None:
-        """Return nothing; add a file of another store.
+        """Add a file of another store.
 
         Raises:
             RecordError: see :func:`read`.

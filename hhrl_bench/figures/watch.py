@@ -1,6 +1,7 @@
 """One test episode as a picture: a GIF that moves, or a PNG strip of key frames above speed and distance over time."""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -9,11 +10,11 @@ import numpy as np
 
 from hhrl_agents import Agent
 from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
-from hhrl_bench.errors import RecordError, SeedError
+from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.decisions import Trace, episode_of, recordings
-from hhrl_bench.evaluation.evaluate import BATCH_ROWS
+from hhrl_bench.evaluation.evaluate import evaluation_slots, rollout_of_episode
 from hhrl_bench.evaluation.evidence import read_evidence
-from hhrl_bench.evaluation.rollout import Stage, evaluation_drivers, evaluation_slots
+from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.tasks.tasks import Task, get_task
@@ -26,7 +27,7 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
     """Return how test episode ``episode`` of the task ends, having drawn it into the file ``out``.
 
     Args:
-        agent: the agent to play; see :class:`hhrl_agents.Agent`.
+        agent: the agent that drives; see :class:`hhrl_agents.Agent`.
         task: a task or its id.
         out: a ``.gif`` (every step, in real time) or a ``.png`` (a strip of key frames).
         episode: which test episode, as :func:`hhrl_bench.evaluate` counts them.
@@ -46,25 +47,24 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
 def record(agent: Agent, task: Task, episode: int, option: Option | None = None) -> list[Snapshot]:
     """Return every snapshot of one test episode, from its start to its outcome, with the option selected there.
 
-    It is played in the batch that the evaluation plays it in, so that it is the same to the last bit.
+    It is run in the batch that the evaluation runs it in, so that it is the same to the last bit.
     """
-    if episode < 0:
-        raise SeedError(f"episode is {episode}; write the number of a test episode, 0 or more")
-    row = episode % BATCH_ROWS
-    stage = Stage(agent, get_scenario(task.scenario), BATCH_ROWS, option, evaluation_drivers(task))
-    stage.begin(task.test.take(BATCH_ROWS, offset=episode - row))
-    return snapshots_of(stage, row)
+    return snapshots_of(*rollout_of_episode(agent, task, episode, option))
 
 
-def snapshots_of(stage: Stage, row: int) -> list[Snapshot]:
-    """Return every snapshot of one row of a stage, on which all rows have just begun, until its outcome."""
-    simulator, ego = stage.simulator, row * len(stage.slots)
-    snapshots: list[Snapshot] = []
-    while (simulator.agent_outcomes[row] == Outcome.RUNNING).any():
-        decision = stage.decide()
-        snapshots.append(snapshot_of(simulator, row, int(decision.option[ego])))
-        stage.step(decision)
-    return [*snapshots, snapshot_of(simulator, row, int(decision.option[ego]))]
+def snapshots_of(rollout: Rollout, row: int) -> list[Snapshot]:
+    """Return every snapshot of one row of a rollout, before the first step and after each, until its outcome.
+
+    Each has the option of the ego that is selected there; the last one that of the last step.
+    """
+    snapshots = [snapshot_of(rollout.simulator, row)]
+    for step in rollout:
+        ended = snapshot_of(step.simulator, row, int(step.first.option[row]))
+        snapshots[-1] = replace(snapshots[-1], option=ended.option)
+        snapshots.append(ended)
+        if not (step.simulator.agent_outcomes[row] == Outcome.RUNNING).any():
+            break
+    return snapshots
 
 
 def artist(path: Path) -> Callable[[Sequence[Snapshot]], bytes]:
@@ -119,8 +119,7 @@ def film_failures(
     require_writable(out)
     for failure in islice(failures(board, store, agent, task), count):
         recording, drivers = recordings(failure.trace, evaluation_slots(chosen))
-        stage = Stage(recording, get_scenario(chosen.scenario), 1, drivers=drivers)
-        stage.begin(chosen.test.take(1, offset=failure.episode))
-        snapshots = snapshots_of(stage, 0)
+        seeds = chosen.test.take(1, offset=failure.episode)
+        snapshots = snapshots_of(Rollout(recording, get_scenario(chosen.scenario), seeds, drivers=drivers), 0)
         write_atomically(failure.name(out), draw(snapshots))
         yield failure.name(out), snapshots[-1].outcome

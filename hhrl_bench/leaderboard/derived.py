@@ -4,18 +4,17 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import Any
 
-import numpy as np
-
 from hhrl_bench import checkpoint_metadata
 from hhrl_bench.evaluation.evidence import read_evidence
-from hhrl_bench.evaluation.records import ResultRecord, RunRecord
+from hhrl_bench.evaluation.metrics import Metric, compared
+from hhrl_bench.evaluation.records import ResultRecord
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, compare
 from hhrl_bench.leaderboard.efficiency import efficiency
 from hhrl_bench.leaderboard.record import method_records
-from hhrl_bench.statistics.intervals import FloatArray, generator
-from hhrl_bench.training.records import TrainingOutcomesRecord
-from hhrl_envs import Outcome
+from hhrl_bench.statistics.intervals import generator
+from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
+from hhrl_envs.arrays import Floats
 
 
 def derived(
@@ -40,14 +39,26 @@ def derived(
 
 
 def _comparisons(results: Sequence[ResultRecord], store: Store) -> Iterator[PairwiseRecord]:
-    """Yield the comparison of the success of every two results on a task, in their order."""
-    runs = [Runs(result.agent, [_success(run, store) for run in result.runs]) for result in results]
+    """Yield the comparison of every two results on a task, in their order, by every metric that is compared."""
+    metrics = [metric for metric in compared() if all(metric.key in result.metrics for result in results)]
+    runs = [_runs(result, metrics, store) for result in results]
     for (result, a), (other, b) in combinations(zip(results, runs, strict=True), 2):
         if result.task == other.task:
-            yield compare(a, b, result.task, "success", generator(f"{a.agent} {b.agent} {result.task}"))
+            for metric in metrics:
+                draws = generator(f"{result.agent} {other.agent} {result.task}{_suffix(metric)}")
+                yield compare(a[metric.key], b[metric.key], result.task, metric.key, draws)
 
 
-def _success(run: RunRecord, store: Store) -> FloatArray:
-    """Return 1 for every episode of a run that succeeded, else 0, float64 [N]."""
-    outcome = read_evidence(run, store).outcome
-    return np.asarray(outcome == Outcome.SUCCESS, np.float64)
+def _runs(result: ResultRecord, metrics: Sequence[Metric], store: Store) -> dict[str, Runs]:
+    """Return the values of every metric in the episodes of a result's runs."""
+    values: dict[str, list[Floats]] = {metric.key: [] for metric in metrics}
+    for run in result.runs:
+        evidence = read_evidence(run, store)
+        for metric in metrics:
+            values[metric.key].append(metric.values(evidence))
+    return {key: Runs(result.agent, of_runs) for key, of_runs in values.items()}
+
+
+def _suffix(metric: Metric) -> str:
+    """Return what tells the draws of a metric from those of others; success has none, as it was there alone."""
+    return "" if metric.key == "success" else f" {metric.key}"

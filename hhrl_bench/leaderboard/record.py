@@ -11,7 +11,7 @@ from hhrl_bench.leaderboard.comparisons import PairwiseRecord, against
 from hhrl_bench.leaderboard.efficiency import EfficiencyRecord
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.schema import Count, Name, Rate, Record, Sha256, first_problem
-from hhrl_bench.training.records import TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
 
 
@@ -97,4 +97,5 @@ def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[Pairwis
     results = board.on(task)
     if not results:
         return []
-    return against(max(results, key=success).agent, [one for one in board.comparisons if one.task == task.id])
+    by_success = [one for one in board.comparisons if (one.task, one.metric) == (task.id, "success")]
+    return against(max(results, key=success).agent, by_success)

@@ -10,22 +10,29 @@ from numpy.typing import NDArray
 from hhrl_agents import METHODS, RULES
 from hhrl_bench import checkpoint_metadata
 from hhrl_bench.errors import AgentError, RecordError
-from hhrl_bench.evaluation import episodes
+from hhrl_bench.evaluation.decisions import Trace, recordings
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
+from hhrl_bench.evaluation.evaluate import evaluation_slots, play
 from hhrl_bench.evaluation.evidence import Evidence, unpack
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import Kind, training_record
-from hhrl_bench.evaluation.metrics import SCORED, Metric, means, over_episodes, summarise_runs
-from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TaskRecord
-from hhrl_bench.evaluation.results import result_record, run_record
+from hhrl_bench.evaluation.metrics import Metric, means
+from hhrl_bench.evaluation.records import MetricsRecord, ResultRecord, RunMetricsRecord, RunRecord, TaskRecord
+from hhrl_bench.evaluation.results import (
+    count_traffic,
+    over_episodes,
+    result_record,
+    run_record,
+    summarise,
+    summarise_traffic,
+)
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.findings import Finding, differences
+from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import Record
 from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import SCRIPTED, Task, get_task
-from hhrl_bench.verification.replay import replay
-
-_WHOLE = frozenset({"steps", "unsmooth"})
+from hhrl_envs import Option, get_scenario
 
 
 def played_task(record: TaskRecord) -> Task:
@@ -76,14 +83,14 @@ class CheckedResult:
                 self.evidence.append(None)
                 yield Finding(f"{place}.evidence_sha256", str(error))
             yield from self._check_training(place, run)
-        known = [_known(one, self.seeds) for one in self.evidence if one]
+        known = [one.records(self.seeds) for one in self.evidence if one]
         if len(known) < len(self.evidence):
             return
         for (place, run), records in zip(self.runs(), known, strict=True):
-            yield from _of_whole_numbers(f"{place}.metrics", run.metrics, means(records, SCORED))
-            yield from _differ(f"{place}.traffic", run.traffic, episodes.counts(records))
+            yield from _of_whole_numbers(f"{place}.metrics", run.metrics, records)
+            yield from _differ(f"{place}.traffic", run.traffic, count_traffic(records))
         yield from self._check_metrics(known)
-        yield from _differ(f"{self.place}.traffic", self.result.traffic, episodes.summarise(known))
+        yield from _differ(f"{self.place}.traffic", self.result.traffic, summarise_traffic(known))
         held = self.result.option
         if held and any((one.trace.options != OPTIONS[held]).any() for one in self.evidence if one):
             yield Finding(f"{self.place}.option", f"{held} is published, other options were selected")
@@ -94,18 +101,18 @@ class CheckedResult:
         if len(evidence) < len(self.result.runs):
             return
         try:
-            played = replay(evidence, self.task, self.seeds)
+            replayed = replay(evidence, self.task, self.seeds)
         except RecordError as error:
             yield Finding(f"{self.place}.runs", str(error))
             return
-        for (place, _), kept, records in zip(self.runs(), evidence, played, strict=True):
+        for (place, _), kept, records in zip(self.runs(), evidence, replayed, strict=True):
             yield from _of_decisions(f"{place}.evidence_sha256", kept, records)
         result = self.result
         runs = [
-            run_record(run.checkpoint_sha256, run.training, records, run.evidence_sha256)
-            for run, records in zip(result.runs, played, strict=True)
+            run_record(run.checkpoint_sha256, run.training, records, run.evidence_sha256, run.metrics.declarations())
+            for run, records in zip(result.runs, replayed, strict=True)
         ]
-        found = result_record(result.agent, result.kind, self.task, result.option, runs, played)
+        found = result_record(result.agent, result.kind, self.task, result.option, runs, replayed)
         found = found.model_copy(update={"failed_seeds": result.failed_seeds})
         yield from _differ(self.place, result, found)
 
@@ -155,34 +162,33 @@ class CheckedResult:
     def _check_metrics(self, known: Sequence[EpisodeRecords]) -> Iterator[Finding]:
         place, metrics = f"{self.place}.metrics", self.result.metrics
         if len(known) > 1:
-            yield from _differ(place, metrics, summarise_runs([run.metrics for run in self.result.runs]))
+            yield from _differ(place, metrics, summarise([run.metrics for run in self.result.runs], known[0]))
             return
-        for metric in filter(_is_whole, SCORED):
+        for metric in _whole_metrics_of(metrics, known[0]):
             found = over_episodes(metric, metric.values(known[0]))
-            yield from _differ(f"{place}.{metric.key}", getattr(metrics, metric.key), found)
+            yield from _differ(f"{place}.{metric.key}", metrics.get(metric.key), found)
 
 
-def _is_whole(metric: Metric) -> bool:
-    """Return whether an episode's value follows from the whole numbers of the evidence."""
-    return metric.is_rate or metric.key in _WHOLE
+def checked_results(board: LeaderboardRecord, store: Store) -> list[CheckedResult]:
+    """Return the results of an entry, to be checked against the files in a store."""
+    tasks = {task.id: task for task in board.tasks}
+    return [
+        CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
+        for index, result in enumerate(board.results)
+    ]
 
 
-def _known(evidence: Evidence, seeds: UInt64Array) -> EpisodeRecords:
-    """Return the records of an evidence's episodes; NaN is what has to be replayed."""
-    unknown = np.full(len(seeds), np.nan)
-    fields: dict[str, Any] = {metric.key: unknown for metric in SCORED if not metric.is_rate}
-    fields |= {"seed": seeds, "outcome": evidence.outcome, "steps": evidence.trace.steps, "unsmooth": evidence.unsmooth}
-    if not evidence.outcomes.size:
-        return EpisodeRecords(**fields)
-    return TrafficRecords(**fields, feasible=evidence.feasible == 1, outcomes=evidence.outcomes)
+def _whole_metrics_of(record: MetricsRecord | RunMetricsRecord, known: EpisodeRecords) -> list[Metric]:
+    """Return the metrics of a record that follow from what is known: from whole numbers alone."""
+    return [metric for metric in record.declarations() if metric.accumulation is None or metric.key in known.measured]
 
 
 def _of_decisions(place: str, kept: Evidence, records: EpisodeRecords) -> Iterator[Finding]:
     """Yield which whole numbers of an evidence are not those of the episodes that its decisions come to."""
     pairs: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {
-        "steps": (kept.trace.steps, records.steps),
+        "steps": (kept.steps, records.steps),
         "outcome": (kept.outcome, records.outcome),
-        "unsmooth": (kept.unsmooth, records.unsmooth),
+        **{key: (ours, records.measured[key]) for key, ours in kept.measured.items()},
     }
     if isinstance(records, TrafficRecords):
         pairs |= {"outcomes": (kept.outcomes, records.outcomes), "feasible": (kept.feasible, records.feasible)}
@@ -191,9 +197,9 @@ def _of_decisions(place: str, kept: Evidence, records: EpisodeRecords) -> Iterat
             yield Finding(place, f"the {name} in it are not what the decisions in it come to")
 
 
-def _of_whole_numbers(place: str, published: Record, found: dict[str, float]) -> Iterator[Finding]:
-    for metric in filter(_is_whole, SCORED):
-        yield from differences(f"{place}.{metric.key}", getattr(published, metric.key), found[metric.key])
+def _of_whole_numbers(place: str, published: RunMetricsRecord, known: EpisodeRecords) -> Iterator[Finding]:
+    for key, found in means(known, _whole_metrics_of(published, known)).items():
+        yield from differences(f"{place}.{key}", published.get(key), found)
 
 
 def _differ(place: str, published: Record | None, found: Record | None) -> Iterator[Finding]:
@@ -201,3 +207,30 @@ def _differ(place: str, published: Record | None, found: Record | None) -> Itera
         return record.model_dump() if record else None
 
     return differences(place, plain(published), plain(found))
+
+
+def replay(evidence: Sequence[Evidence], task: Task, seeds: UInt64Array) -> list[EpisodeRecords]:
+    """Return the records of each policy's episodes in the worlds ``seeds`` uint64 [N], run again from their traces.
+
+    Raises:
+        RecordError: if the traces cannot be those of such episodes.
+    """
+    scenario, slots = get_scenario(task.scenario), evaluation_slots(task)
+    traces = [one.trace for one in evidence]
+    for trace in traces:
+        _require_fit(trace, len(slots), 1 + (scenario.learned_fronts or 0), len(seeds), scenario.num_actions)
+    together = Trace(*(np.concatenate(arrays) for arrays in zip(*traces, strict=True)))
+    agent, drivers = recordings(together, slots)
+    worlds = np.tile(seeds, len(traces))
+    records = play(agent, scenario, worlds, rows=len(worlds), drivers=drivers).records
+    return [records.part(slice(first, first + len(seeds))) for first in range(0, len(worlds), len(seeds))]
+
+
+def _require_fit(trace: Trace, own: int, driven: int, episodes: int, levels: int) -> None:
+    if len(trace.steps) != episodes:
+        raise RecordError(f"the trace has {len(trace.steps)} episodes, not {episodes}")
+    if trace.options.shape[1] != own or trace.actions.shape[1] not in {driven, 1}:
+        raise RecordError(f"the trace drives {trace.actions.shape[1]} vehicles, which this task does not")
+    known = bool((trace.options >= -1).all() and (trace.options < len(Option)).all())
+    if not known or trace.actions.min() < 0 or trace.actions.max() >= levels:
+        raise RecordError("the trace holds an option or action that this scenario does not have")

@@ -1,21 +1,28 @@
-"""Agents of an entry run again, in the same worlds or in others."""
+"""Agents of an entry run again: in the same worlds, where they decide the same, and in fresh ones.
+
+In worlds that are drawn anew, an agent that was fitted to the public test worlds shows.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hhrl_bench.evaluation.decisions import Trace
-from hhrl_bench.evaluation.evaluate import Played, play_task
+from hhrl_bench.evaluation.evaluate import ScoredEpisodes, play_task
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.evaluation.records import RunRecord
+from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.findings import Finding
-from hhrl_bench.tasks.seeds import UInt64Array
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.progress import Update, silent
+from hhrl_bench.tasks.seeds import RANGE_SIZE, SeedRange, UInt64Array
+from hhrl_bench.tasks.tasks import TEST
 from hhrl_bench.torch_threads import one_torch_thread
-from hhrl_bench.verification.checked_result import CheckedResult
-from hhrl_envs import get_scenario
+from hhrl_bench.verification.checked_result import CheckedResult, checked_results
+from hhrl_envs import Outcome, get_scenario
+from hhrl_envs.arrays import Codes, Flags
 from hhrl_envs.errors import InputError
 
 SAME = 0.9
@@ -30,7 +37,7 @@ def rerun(checked: CheckedResult) -> Iterator[Finding]:
         if evidence is None:
             continue
         try:
-            same = np.mean(same_episodes(evidence.trace, play(checked, run, checked.seeds).trace))
+            same = np.mean(same_episodes(evidence.trace, run_again(checked, run, checked.seeds).trace))
         except InputError as error:
             yield Finding(place, f"cannot be run again: {error}")
             continue
@@ -38,22 +45,54 @@ def rerun(checked: CheckedResult) -> Iterator[Finding]:
             yield Finding(place, f"run again, it decides the same in {same:.1%} of the episodes")
 
 
-def same_episodes(trace: Trace, other: Trace) -> NDArray[np.bool_]:
+def same_episodes(trace: Trace, other: Trace) -> Flags:
     """Return for each of N episodes whether two traces hold the same decisions, bool [N]."""
     pairs = zip(_split(trace), _split(other), strict=True)
     return np.array([all(map(np.array_equal, one, two)) for one, two in pairs])
 
 
-def _split(trace: Trace) -> Iterator[tuple[NDArray[np.int8], NDArray[np.int8]]]:
+def _split(trace: Trace) -> Iterator[tuple[Codes, Codes]]:
     """Return the options and the actions of every episode."""
     ends = np.cumsum(trace.steps)[:-1]
     return zip(np.split(trace.options, ends), np.split(trace.actions, ends), strict=True)
 
 
-def play(checked: CheckedResult, run: RunRecord, seeds: UInt64Array) -> Played:
+def run_again(checked: CheckedResult, run: RunRecord, seeds: UInt64Array) -> ScoredEpisodes:
     """Return what a run's agent does in these worlds."""
     result, task = checked.result, checked.task
     agent: str | Path = checked.store.checkpoint(run.checkpoint_sha256) if run.checkpoint_sha256 else result.agent
     (loaded,) = load_agents(agent, get_scenario(task.scenario))
     with one_torch_thread():
         return play_task(loaded.agent, task, seeds, OPTIONS[result.option] if result.option else None)
+
+
+FRESH = SeedRange("fresh", TEST.start + TEST.size, 2**62)
+"""Worlds that no training, validation or test has."""
+
+UNLIKELY = 0.001
+"""How small the chance of a difference has to be, divided by the number of results, to be a finding."""
+
+
+def check_fresh(
+    board: LeaderboardRecord, store: Store, episodes: int, seed: int, update: Update = silent
+) -> Iterator[Finding]:
+    """Return the results whose published success is unlike that in ``episodes`` fresh worlds a run, drawn by ``seed``.
+
+    Fisher's exact test on the episodes of all runs of a result together, at UNLIKELY over the number of results.
+    Results that are not playable are left out.
+    """
+    from scipy.stats import fisher_exact  # noqa: PLC0415
+
+    worlds = FRESH.take(episodes, int(np.random.default_rng(seed).integers(FRESH.size - RANGE_SIZE)))
+    for done, checked in enumerate(checked_results(board, store), start=1):
+        result = checked.result
+        if not checked.playable:
+            continue
+        hits = [int((run_again(checked, run, worlds).records.outcome == Outcome.SUCCESS).sum()) for run in result.runs]
+        total, known = episodes * len(hits), checked.task_record.episodes * len(hits)
+        before = round(sum(run.metrics.success for run in result.runs) / len(hits) * known)
+        table = np.array([[before, known - before], [sum(hits), total - sum(hits)]])
+        said = f"{before / known:.1%} is published, {sum(hits) / total:.1%} was found in {total:,} fresh episodes"
+        update(done, len(board.results), f"{result.agent} on {result.task}: {said}")
+        if (chance := float(fisher_exact(table).pvalue)) < UNLIKELY / len(board.results):
+            yield Finding(f"{checked.place}.metrics.success", f"{said} (chance of that: {chance:.1g})")

@@ -15,7 +15,7 @@ from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.progress import Update, silent
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.transfer.summary import recompute
-from hhrl_bench.verification.checked_result import CheckedResult, played_task
+from hhrl_bench.verification.checked_result import checked_results, played_task
 from hhrl_bench.verification.rerun import rerun
 from hhrl_envs.errors import InputError
 
@@ -50,15 +50,6 @@ def verify(
             yield from rerun(result)
         update(index + 1, len(results), f"{result.result.agent} on {result.result.task}")
     yield from _check_derived(board, store)
-
-
-def checked_results(board: LeaderboardRecord, store: Store) -> list[CheckedResult]:
-    """Return the results of an entry, to be checked against the files in a store."""
-    tasks = {task.id: task for task in board.tasks}
-    return [
-        CheckedResult(f"results[{index}]", result, tasks[result.task], store, board.checkpoints_published)
-        for index, result in enumerate(board.results)
-    ]
 
 
 def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:

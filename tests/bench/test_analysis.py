@@ -9,16 +9,15 @@ from numpy.typing import NDArray
 
 from hhrl_agents import RULES, Agent, Decision
 from hhrl_bench import evaluate, load_agent
-from hhrl_bench.analysis.analyse import (
+from hhrl_bench.analysis.attention import (
+    Speeds,
     attention_over_episode,
     attention_over_plane,
-    level_rewards,
     mean_attention,
-    option_usage,
-    record_steps,
+    plane_states,
 )
-from hhrl_bench.analysis.plane import Speeds, plane_states
-from hhrl_bench.analysis.steps import MAX_EPISODES, Steps, record_episode
+from hhrl_bench.analysis.levels import level_rewards, option_usage
+from hhrl_bench.analysis.steps import MAX_EPISODES, Steps, record_episode, record_steps
 from hhrl_bench.errors import AgentError, SeedError
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
 from hhrl_envs.observation import A_F, D_D, D_F, SIZE, SYMBOLS, to_si

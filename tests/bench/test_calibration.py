@@ -7,10 +7,16 @@ import pytest
 
 from hhrl_agents import RULES
 from hhrl_bench.calibration import fit as calibration
-from hhrl_bench.calibration import residuals, space, target
-from hhrl_bench.calibration.calibrate import PAGE, PARAMETERS, RESIDUALS
+from hhrl_bench.calibration import space, target
+from hhrl_bench.calibration.calibrate import (
+    PAGE,
+    PARAMETERS,
+    RESIDUALS,
+    ParametersRecord,
+    ResidualsRecord,
+    markdown,
+)
 from hhrl_bench.calibration.fit import Fit, fit, score
-from hhrl_bench.calibration.residuals import ParametersRecord, ResidualsRecord
 from hhrl_bench.evaluation.evaluate import play
 from hhrl_bench.evaluation.metrics import means
 from hhrl_bench.tasks.tasks import TEST, VALIDATION
@@ -35,7 +41,7 @@ def test_the_published_residuals_are_of_the_registered_scenario_and_every_bar_ho
 
 
 def test_the_published_page_says_what_the_published_residuals_hold() -> None:
-    assert (FOLDER / PAGE).read_text() == residuals.markdown(PUBLISHED)
+    assert (FOLDER / PAGE).read_text() == markdown(PUBLISHED)
 
 
 def test_the_registered_scenario_is_the_one_that_the_search_found() -> None:

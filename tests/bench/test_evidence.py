@@ -14,12 +14,12 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation import evidence
 from hhrl_bench.evaluation.decisions import Trace
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
-from hhrl_bench.evaluation.evaluate import Played
+from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.evidence import pack, unpack
 
 
 @st.composite
-def episodes(draw: st.DrawFn) -> Played:
+def episodes(draw: st.DrawFn) -> ScoredEpisodes:
     """A few episodes of any length, with learned front vehicles or without."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     steps = np.array(draw(st.lists(st.integers(1, 9), min_size=1, max_size=6)), np.int32)
@@ -30,18 +30,17 @@ def episodes(draw: st.DrawFn) -> Played:
         "seed": np.arange(n, dtype=np.uint64),
         "outcome": rng.integers(1, 5, n, np.int8),
         "steps": steps,
-        "unsmooth": rng.integers(0, 9, n, np.int32),
-        **dict.fromkeys(names, np.zeros(n)),
+        "measured": {"unsmooth": rng.integers(0, 9, n, np.int32), **dict.fromkeys(names, np.zeros(n))},
     }
     if not draw(st.booleans()):
-        return Played(EpisodeRecords(**common), trace)
+        return ScoredEpisodes(EpisodeRecords(**common), trace)
     feasible, outcomes = rng.random(n) < 0.5, rng.integers(1, 7, (n, vehicles), np.int8)
-    return Played(TrafficRecords(**common, feasible=feasible, outcomes=outcomes), trace)
+    return ScoredEpisodes(TrafficRecords(**common, feasible=feasible, outcomes=outcomes), trace)
 
 
 @given(episodes())
 @settings(deadline=None, max_examples=50)
-def test_what_is_packed_is_unpacked(played: Played) -> None:
+def test_what_is_packed_is_unpacked(played: ScoredEpisodes) -> None:
     data, records = pack(played), played.records
     assert pack(played) == data
     kept = unpack(data)
@@ -50,7 +49,7 @@ def test_what_is_packed_is_unpacked(played: Played) -> None:
         np.testing.assert_array_equal(ours, theirs)
         assert np.asarray(ours).dtype == np.asarray(theirs).dtype
     np.testing.assert_array_equal(kept.outcome, records.outcome)
-    np.testing.assert_array_equal(kept.unsmooth, records.unsmooth)
+    np.testing.assert_array_equal(kept.measured["unsmooth"], records.unsmooth)
     if isinstance(records, TrafficRecords):
         np.testing.assert_array_equal(kept.outcomes, records.outcomes)
         np.testing.assert_array_equal(kept.feasible, records.feasible)

@@ -11,13 +11,14 @@ from pydantic import ValidationError
 from hhrl_agents import METHODS, RULES
 from hhrl_bench.errors import AgentError, RecordError, UnknownSuiteError
 from hhrl_bench.evaluation.loading import shipped_methods
-from hhrl_bench.evaluation.records import MetricsRecord
+from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.leaderboard import entry
 from hhrl_bench.leaderboard.entry import read, write
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites import units
+from hhrl_bench.suites.kinds import ScoreSuite, Suite
 from hhrl_bench.suites.study import suite_study
-from hhrl_bench.suites.suites import SUITES, ScoreSuite, Suite, get_suite
+from hhrl_bench.suites.suites import SUITES, get_suite
 from hhrl_bench.tasks.tasks import TASKS, TEST
 
 TINY = ScoreSuite("tiny", agents=("rule-1", "rule-2"), tasks=("stop-line-v0",), episodes=30)
@@ -55,7 +56,8 @@ def test_a_leaderboard_says_what_was_played(board: LeaderboardRecord) -> None:
         assert (result.kind, result.option, len(result.runs), result.seeds) == ("rule", None, 1, ())
         assert result.metrics.success.interval == "wilson-episodes"
         assert result.metrics.steps.interval == "bootstrap-episodes"
-        for key in MetricsRecord.model_fields:
+        assert result.metrics.declarations() == [*METRICS.values()]
+        for key in METRICS:
             metric = getattr(result.metrics, key)
             assert metric.mean == getattr(result.runs[0].metrics, key)
             assert metric.mean is None or metric.interval == "none" or metric.low <= metric.mean <= metric.high

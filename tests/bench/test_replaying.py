@@ -1,6 +1,5 @@
 """A trace, played again, comes to the same episodes to the last bit, whoever decided and on whatever task."""
 
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -10,11 +9,11 @@ from numpy.typing import NDArray
 from hhrl_agents import RULES, Decision
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.evaluate import Played, play_task
+from hhrl_bench.evaluation.evaluate import ScoredEpisodes, play_task
 from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
 from hhrl_bench.evaluation.loading import load_agent
 from hhrl_bench.tasks.tasks import TASKS, Task, get_task
-from hhrl_bench.verification.replay import replay
+from hhrl_bench.verification.checked_result import replay
 from hhrl_envs import Option, get_scenario
 
 EPISODES = 5
@@ -22,15 +21,16 @@ EPISODES = 5
 
 def equal(one: EpisodeRecords, other: EpisodeRecords) -> bool:
     """Return whether records are of one kind and hold the same bits."""
-    pairs = [(getattr(one, field.name), getattr(other, field.name)) for field in fields(one)]
-    return type(one) is type(other) and all(a.tobytes() == b.tobytes() and a.dtype == b.dtype for a, b in pairs)
+    ours, theirs = one.arrays(), other.arrays()
+    pairs = [(array, theirs[name]) for name, array in ours.items()]
+    return [*ours] == [*theirs] and all(a.tobytes() == b.tobytes() and a.dtype == b.dtype for a, b in pairs)
 
 
-def played(name: str, task: Task, option: Option | None = None) -> Played:
+def played(name: str, task: Task, option: Option | None = None) -> ScoredEpisodes:
     return play_task(load_agent(name, task), task, task.test.take(EPISODES), option)
 
 
-def evidence(of: Played) -> Evidence:
+def evidence(of: ScoredEpisodes) -> Evidence:
     return unpack(pack(of))
 
 
@@ -76,7 +76,7 @@ def test_the_worlds_are_those_of_the_trace_and_in_its_order() -> None:
     np.testing.assert_array_equal(again.seed, seeds[::-1])
 
 
-def changed(of: Played, **parts: Any) -> Evidence:
+def changed(of: ScoredEpisodes, **parts: Any) -> Evidence:
     kept = evidence(of)
     return kept._replace(trace=kept.trace._replace(**parts))
 

@@ -1,13 +1,15 @@
 """How severe an episode got, against a plain loop that steps one world and looks at its vehicles."""
 
 from math import inf, isfinite, nan
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from hhrl_agents import RULES
-from hhrl_bench.evaluation.episode_sums import Severity
 from hhrl_bench.evaluation.evaluate import play_task
+from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_envs import Outcome, Simulator, get_scenario
 
@@ -47,11 +49,20 @@ def test_severity_is_that_of_the_vehicles_themselves(task_id: str, rule: str) ->
 
 
 def found(*steps: tuple[float, float, float, bool, Outcome]) -> list[float]:
-    severity = Severity(1, front_range=100.0)
+    accumulations = [METRICS[key].accumulation for key in ("impact_speed", "smallest_gap", "smallest_ttc")]
+    totals = [accumulation.start(1) for accumulation in accumulations if accumulation]
     for gap, ego, front, running, outcome in steps:
-        step = np.array([gap]), np.array([ego - front]), np.array([running]), np.array([outcome], np.int8)
-        severity.add(*step)
-    return [float(value[0]) for value in severity.found().values()]
+        step: Any = SimpleNamespace(
+            road=np.array([gap]),
+            closing=np.array([ego - front]),
+            running=np.array([running]),
+            results=SimpleNamespace(outcomes=np.array([outcome], np.int8)),
+            simulator=SimpleNamespace(scenario=get_scenario("stop-line-v0")),
+        )
+        for accumulation, total in zip(accumulations, totals, strict=True):
+            assert accumulation is not None
+            accumulation.add(total, step)
+    return [float(total[0]) for total in totals]
 
 
 def test_the_worst_counts_and_nothing_after_the_end() -> None:

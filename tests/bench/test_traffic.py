@@ -12,12 +12,11 @@ from hhrl_agents import RULES
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.training.drivers import Drivers
 from hhrl_bench.errors import UnknownTaskError
-from hhrl_bench.evaluation import episodes
 from hhrl_bench.evaluation.episodes import TrafficRecords
-from hhrl_bench.evaluation.evaluate import evaluate, play
+from hhrl_bench.evaluation.evaluate import evaluate, evaluation_drivers, load_opponent, play, training_drivers
 from hhrl_bench.evaluation.loading import load_agent
 from hhrl_bench.evaluation.records import EvaluationRecord
-from hhrl_bench.evaluation.rollout import evaluation_drivers, load_opponent, training_drivers
+from hhrl_bench.evaluation.results import count_traffic, summarise_traffic
 from hhrl_bench.figures.watch import record
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.tasks.tasks import SCRIPTED, get_task
@@ -85,7 +84,7 @@ def test_an_opponent_drives_the_front_vehicle_of_the_same_worlds() -> None:
 
 def test_counts_and_shares_are_those_of_the_records() -> None:
     records = traffic_records("rule-3", "adversary-v0", "rule-1")
-    counts, share = episodes.counts(records), episodes.summarise([records])
+    counts, share = count_traffic(records), summarise_traffic([records])
     assert counts is not None
     assert share is not None
     stopped = records.outcome == Outcome.SUCCESS
@@ -99,11 +98,11 @@ def test_counts_and_shares_are_those_of_the_records() -> None:
 
 def test_nothing_is_counted_where_the_ego_is_alone_and_nothing_feasible_is_null() -> None:
     alone = evaluate(load_agent("rule-4"), "stop-line-v0", 5)
-    assert episodes.counts(alone) is None
-    assert episodes.summarise([alone]) is None
+    assert count_traffic(alone) is None
+    assert summarise_traffic([alone]) is None
     records = traffic_records("rule-4", "adversary-v0", "rule-1")
     records.feasible[:] = False
-    share = episodes.summarise([records])
+    share = summarise_traffic([records])
     assert share is not None
     assert (share.feasible.mean, share.success_feasible.mean) == (0.0, None)
 

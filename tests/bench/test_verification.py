@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("torch")
 
 from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.evaluate import Played
+from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard import comparisons, entry
@@ -189,10 +189,9 @@ def repack(kept: Evidence) -> bytes:
         seed=np.empty(0, np.uint64),
         outcome=kept.outcome,
         steps=kept.trace.steps,
-        unsmooth=kept.unsmooth,
-        **dict.fromkeys(NOT_KEPT, np.empty(0)),
+        measured={**kept.measured, **dict.fromkeys(NOT_KEPT, np.empty(0))},
     )
-    return pack(Played(records, kept.trace))
+    return pack(ScoredEpisodes(records, kept.trace))
 
 
 def test_evidence_that_only_its_own_decisions_contradict_is_found(path: Path, data: Any) -> None:

@@ -9,7 +9,7 @@ from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.paper_table import TABLE_I
 from hhrl_bench.schema import OptionName
 from hhrl_bench.tasks.tasks import get_task
-from hhrl_bench.training.records import TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 
 EPISODES = 1000
 
@@ -18,7 +18,7 @@ def result(
     agent: str, task: str = "stop-line-v0", option: OptionName | None = None, **means: float | None
 ) -> ResultRecord:
     """Return a result with these means, 0 where none is given, each in an interval of 0.1 more and less."""
-    metrics: dict[str, Any] = {metric.key: _metric(means.get(metric.key, 0.0)) for metric in METRICS}
+    metrics: dict[str, Any] = {key: _metric(means.get(key, 0.0)) for key in METRICS}
     made = MetricsRecord.model_construct(None, **metrics)
     return ResultRecord.model_construct(agent=agent, kind="rule", task=task, option=option, runs=(), metrics=made)
 
