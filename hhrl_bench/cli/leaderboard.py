@@ -150,7 +150,7 @@ def _verify_entry(
     from hhrl_bench.progress import progress
     from hhrl_bench.publishing.publication import INDEX
     from hhrl_bench.verification import verify as verification
-    from hhrl_bench.verification.fresh import check_fresh
+    from hhrl_bench.verification.rerun import check_fresh
 
     if path.name == INDEX:
         raise RecordError(f"{path} is the index of a folder of entries; verify the folder: {path.parent}")
