@@ -11,6 +11,10 @@ class UnknownSuiteError(InputError):
     """A suite id that is not registered."""
 
 
+class SuiteError(InputError):
+    """A suite that cannot be registered."""
+
+
 class SeedError(InputError):
     """A list of seeds, or a number of episodes, that the seed ranges cannot serve."""
 

@@ -80,8 +80,9 @@ def run(
     """Run a suite, print its table and write its leaderboard; what was stopped goes on; exit code 1 if a unit fails."""
     from hhrl_bench.cli.live_view import print_status, study_board
     from hhrl_bench.evaluation.loading import require_playable
+    from hhrl_bench.suites.kinds import ScoreSuite
     from hhrl_bench.suites.study import suite_study
-    from hhrl_bench.suites.suites import ScoreSuite, get_suite
+    from hhrl_bench.suites.suites import get_suite
     from hhrl_bench.tasks.tasks import get_task
 
     if status is not None:
@@ -144,8 +145,9 @@ def robustness(
     """Score agents in ordinary traffic, among held-out drivers, and behind a trained adversary."""
     from hhrl_bench.evaluation.loading import require_playable
     from hhrl_bench.execution.run import IN_THIS_PROCESS
+    from hhrl_bench.suites.kinds import ScoreSuite
     from hhrl_bench.suites.study import suite_study
-    from hhrl_bench.suites.suites import ScoreSuite, get_suite
+    from hhrl_bench.suites.suites import get_suite
     from hhrl_bench.tables.terminal import print_overview
     from hhrl_bench.tasks.tasks import get_task
 

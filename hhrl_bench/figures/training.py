@@ -26,7 +26,7 @@ from hhrl_bench.figures.style import (
     save,
     style,
 )
-from hhrl_bench.training.records import TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 
 Trainings = Sequence[TrainingOutcomesRecord]
 

@@ -24,8 +24,8 @@ from hhrl_bench.figures.style import (
 from hhrl_bench.statistics.intervals import FloatArray
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.text import NONE
-from hhrl_bench.transfer.arms import ArmName
 from hhrl_bench.transfer.records import TransferRecord
+from hhrl_bench.transfer.transfer import ArmName
 
 
 class Map(NamedTuple):

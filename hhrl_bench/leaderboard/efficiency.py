@@ -8,8 +8,7 @@ from pydantic import Field, model_validator
 
 from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record, finite
 from hhrl_bench.statistics.censored_times import median
-from hhrl_bench.training.learning_curves import THRESHOLD, Curve
-from hhrl_bench.training.records import TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import THRESHOLD, Curve, TrainingOutcomesRecord
 from hhrl_bench.transfer.records import StepsRecord
 from hhrl_bench.transfer.summary import censored_times, steps_to_threshold
 

@@ -20,7 +20,7 @@ from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import SCHEMA_VERSION, first_problem
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
-from hhrl_bench.training.records import TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
 
 MAX_BYTES = 16 * 2**20

@@ -1,4 +1,4 @@
-"""Kinds of suites: benchmarks as data, the units of work that they come to, and what is kept of their learning."""
+"""Kinds of suites: benchmarks as data, the units of work that they come to, and the curves that are published."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ from typing import NamedTuple, Protocol
 from hhrl_agents import METHODS
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.unit import Stages
-from hhrl_bench.suites.units import Evaluation, Training, TransferArm
+from hhrl_bench.suites.units import Evaluation, Training, arm_trainings
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.transfer.transfer import Transfer, sensible_arms
 
 
-class Kept(NamedTuple):
-    """The units whose learning curves stand in the leaderboard: the arms of transfers, and trainings."""
+class Curves(NamedTuple):
+    """Whose learning curves a leaderboard holds: those of the arms of transfers, and those of trainings."""
 
     transfers: Sequence[Transfer] = ()
     trainings: Sequence[Training] = ()
@@ -42,8 +42,8 @@ class Suite(Protocol):
     def stages(self, folder: Path) -> Stages:
         """Return the units of work."""
 
-    def kept(self, folder: Path) -> Kept:
-        """Return the units whose learning curves stand in the leaderboard."""
+    def curves(self, folder: Path) -> Curves:
+        """Return whose learning curves the leaderboard holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +61,9 @@ class ScoreSuite:
             [Evaluation(agent, get_task(task), self.episodes, folder) for task in self.tasks for agent in self.agents]
         ]
 
-    def kept(self, folder: Path) -> Kept:
+    def curves(self, folder: Path) -> Curves:
         """Return none."""
-        return Kept()
+        return Curves()
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,21 +88,20 @@ class TransferSuite:
 
     def stages(self, folder: Path) -> Stages:
         """Return the trainings of the sources, then all arms, target by target."""
-        task = get_task(self.source)
-        store = Store(folder)
+        task, store = get_task(self.source), Store(folder)
         sources = [
             Training(method, task, self.seeds, self.episodes, _source(folder, method), store) for method in self.agents
         ]
         arms = [
-            TransferArm(transfer, method, arm.id, self.episodes, store)
+            arm
             for method, transfer in self._transfers(folder)
-            for arm in sensible_arms(METHODS[method], transfer.target)
+            for arm in arm_trainings(transfer, METHODS[method], self.episodes, store)
         ]
         return [sources, arms]
 
-    def kept(self, folder: Path) -> Kept:
+    def curves(self, folder: Path) -> Curves:
         """Return every method's transfer to every target in which something of it can be reused."""
-        return Kept(transfers=[transfer for _, transfer in self._transfers(folder)])
+        return Curves(transfers=[transfer for _, transfer in self._transfers(folder)])
 
     def _transfers(self, folder: Path) -> Iterator[tuple[str, Transfer]]:
         for target in map(get_task, self.targets):
@@ -140,9 +139,9 @@ class TrainingSuite:
         untrained = ScoreSuite(self.id, self.untrained, self.tasks, self.episodes)
         return [*untrained.stages(folder), self._trainings(folder)]
 
-    def kept(self, folder: Path) -> Kept:
+    def curves(self, folder: Path) -> Curves:
         """Return the trainings."""
-        return Kept(trainings=self._trainings(folder))
+        return Curves(trainings=self._trainings(folder))
 
     def _trainings(self, folder: Path) -> list[Training]:
         return [

@@ -15,13 +15,12 @@ from hhrl_bench.execution.unit import Done, Stages
 from hhrl_bench.leaderboard.entry import build
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.progress import silent
-from hhrl_bench.suites.kinds import Kept
-from hhrl_bench.suites.suites import Suite
-from hhrl_bench.suites.units import TransferArm
+from hhrl_bench.suites.kinds import Curves, Suite
+from hhrl_bench.suites.units import arm_trainings
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_bench.training.learning_curves import read_outcomes
-from hhrl_bench.training.source import load_source
+from hhrl_bench.training.reuse import load_source
 from hhrl_bench.transfer.summary import transfer_record
 from hhrl_bench.transfer.transfer import Transfer, sensible_arms
 from hhrl_envs import get_scenario
@@ -36,7 +35,7 @@ class Study:
         command: that does the same again.
         tasks: that results are on, with this many test ``episodes`` each.
         stages: the units.
-        kept: the units whose learning curves stand in the leaderboard.
+        curves: whose learning curves the leaderboard holds.
         store: where the units leave their evidence.
     """
 
@@ -45,7 +44,7 @@ class Study:
     tasks: Sequence[Task]
     episodes: int
     stages: Stages
-    kept: Kept
+    curves: Curves
     store: Store
 
     def __post_init__(self) -> None:
@@ -58,17 +57,19 @@ class Study:
         """How many units there are."""
         return sum(map(len, self.stages))
 
-    def run(self, execution: Execution = IN_THIS_PROCESS, board: ProgressFolder | None = None, show: Show = silent) -> Iterator[Done]:
-        """Return every unit as it is done; see :func:`hhrl_bench.execution.run.run_stages`."""
-        return run_stages(self.stages, execution, board, show)
+    def run(
+        self, execution: Execution = IN_THIS_PROCESS, progress: ProgressFolder | None = None, show: Show = silent
+    ) -> Iterator[Done]:
+        """Yield every unit as it is done; see :func:`hhrl_bench.execution.run.run_stages`."""
+        return run_stages(self.stages, execution, progress, show)
 
     def leaderboard(self, done: Sequence[Done], executor: str = "local") -> LeaderboardRecord:
         """Return the leaderboard of all units, in their own order whatever the order they were done in."""
         outcomes: dict[str, TimedResult] = {one.unit.name: one.outcome for one in done if one.outcome}
         results = [outcomes[unit.name] for stage in self.stages for unit in stage]
         tasks = [task_record(task, self.episodes) for task in self.tasks]
-        trainings = [read_outcomes(training.folder, training.seeds) for training in self.kept.trainings]
-        transfer = transfer_record(self.kept.transfers)
+        trainings = [read_outcomes(training.folder, training.seeds) for training in self.curves.trainings]
+        transfer = transfer_record(self.curves.transfers)
         return build(self.name, tasks, results, self.command, self.store, transfer, trainings, executor)
 
 
@@ -76,7 +77,7 @@ def suite_study(suite: Suite, folder: Path) -> Study:
     """Return the study of a suite, whose trainings lie in ``folder``."""
     tasks = list(map(get_task, suite.tasks))
     command = f"hhrl-bench run --suite {suite.id}"
-    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.kept(folder), Store(folder))
+    return Study(suite.id, command, tasks, suite.episodes, suite.stages(folder), suite.curves(folder), Store(folder))
 
 
 def transfer_study(
@@ -96,14 +97,13 @@ def transfer_study(
     chosen = tuple(seeds or sorted(loaded.policies))
     loaded.require_seeds(chosen)
     transfers = [Transfer(source, task, chosen, env_steps, folder / loaded.method.id / task.id) for task in tasks]
-    arms = [(one, sensible_arms(loaded.method, one.target)) for one in transfers]
-    for one, sensible in arms:
-        if not sensible:
+    for task in tasks:
+        if not sensible_arms(loaded.method, task):
             raise AgentError(
-                f"nothing of {loaded.method.id} can be reused in a training on {one.target.id}; name another target"
+                f"nothing of {loaded.method.id} can be reused in a training on {task.id}; name another target"
             )
     store = Store(folder)
-    units = [TransferArm(one, loaded.method.id, arm.id, episodes, store) for one, sensible in arms for arm in sensible]
+    units = [arm for one in transfers for arm in arm_trainings(one, loaded.method, episodes, store)]
     words = ["hhrl-bench", "transfer", "--source", source, *(word for one in targets for word in ("--target", one))]
     words += ["--seeds", format_seeds(chosen), "--env-steps", str(env_steps), "--episodes", str(episodes)]
-    return Study("transfer", shlex.join(words), tasks, episodes, [units], Kept(transfers=transfers), store)
+    return Study("transfer", shlex.join(words), tasks, episodes, [units], Curves(transfers=transfers), store)

@@ -1,31 +1,38 @@
 """Units: the smallest pieces of a suite's work, each of which any process can do and whose outcome is one result.
 
-A unit that trains keeps everything in a run directory of its own, so that a stopped one goes on; the outcome of every
-unit is a file, so that a finished one is not done again.
+A unit that trains keeps everything in a run directory of its own, so that a stopped one goes on. The outcome of every
+unit is a file, so that a finished one is not done again while nothing about it has changed.
 """
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pydantic import ValidationError
+
+from hhrl_agents.atomic_files import write_atomically
+from hhrl_agents.methods.method import Method
+from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.loading import load_agents
-from hhrl_bench.evaluation.records import TimedResult
+from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TimedResult
 from hhrl_bench.evaluation.results import evaluate_agent
-from hhrl_bench.evaluation.store import Store
+from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.progress import Update, silent
-from hhrl_bench.suites.outcome_file import keep_outcome
+from hhrl_bench.provenance import code_sha256
+from hhrl_bench.schema import Record, Sha256
 from hhrl_bench.tasks.tasks import Task
 from hhrl_bench.text import file_name
 from hhrl_bench.training.run_directory import RunDirectory, failed_seeds
+from hhrl_bench.transfer.transfer import Transfer, sensible_arms
 from hhrl_envs import get_scenario
 from hhrl_envs.errors import require
 
 if TYPE_CHECKING:
     from hhrl_bench.training.train import Plan
-    from hhrl_bench.transfer.transfer import Transfer
 
-OUTCOME = "result-{}.json"
+OUTCOME_FILE = "result-{}.json"
 """Name of the outcome's file in a run directory, by the number of test episodes."""
 
 
@@ -44,12 +51,12 @@ class Evaluation:
         return f"{self.agent} on {self.task.id}"
 
     def check(self) -> None:
-        """Return nothing; see ``Unit.check``: the agent has to load."""
+        """Raise an ``InputError`` if the agent does not load."""
         load_agents(self.agent, get_scenario(self.task.scenario))
 
     def run(self, update: Update = silent) -> TimedResult:
         """Return the result on the task's first test episodes."""
-        path = self.folder / file_name(self.agent) / self.task.id / OUTCOME.format(self.episodes)
+        path = self.folder / file_name(self.agent) / self.task.id / OUTCOME_FILE.format(self.episodes)
         return keep_outcome(path, lambda: self._score(update), self.agent, self.task, Store(self.folder))
 
     def _score(self, update: Update) -> TimedResult:
@@ -60,9 +67,17 @@ class Evaluation:
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """One method trained on one task from nothing, its chosen checkpoints evaluated there.
+    """One method trained on one task, its chosen checkpoints evaluated there.
 
-    ``folder`` is its run directory; its evidence lies in ``store``.
+    Attributes:
+        method: id of the method.
+        task: what it is trained and evaluated on.
+        seeds: training seeds.
+        episodes: test episodes of the evaluation.
+        folder: the run directory.
+        store: where the evidence lies.
+        transfer: what the training is an ``arm`` of; None: it begins from nothing and has the task's budget.
+        arm: id of the arm.
     """
 
     method: str
@@ -71,74 +86,115 @@ class Training:
     episodes: int
     folder: Path
     store: Store
-
-    @property
-    def name(self) -> str:
-        """The method and the task."""
-        return f"{self.method} on {self.task.id}"
-
-    def check(self) -> None:
-        """Return nothing; see ``Unit.check``: the method has to be known, and torch be there."""
-        require("torch", "torch")
-        from hhrl_bench.training.train import get_method  # noqa: PLC0415
-
-        get_method(self.method)
-
-    def run(self, update: Update = silent) -> TimedResult:
-        """Return the result of the chosen checkpoints under the method's name, trained first where they are not yet."""
-        from hhrl_bench.training.train import Plan, get_method  # noqa: PLC0415
-
-        plan = Plan(get_method(self.method), self.task, self.seeds, self.task.env_steps, self.folder)
-        return _trained(plan, self.method, self.episodes, self.store, update)
-
-
-@dataclass(frozen=True, slots=True)
-class TransferArm:
-    """One arm of a transfer, its chosen checkpoints evaluated in the target; see ``Arm``."""
-
-    transfer: "Transfer"
-    method: str
-    arm: str
-    episodes: int
-    store: Store
-
-    @property
-    def name(self) -> str:
-        """The method, the arm and the target."""
-        return f"{self.agent} on {self.transfer.target.id}"
+    transfer: Transfer | None = None
+    arm: str = ""
 
     @property
     def agent(self) -> str:
-        """What the result is called: the method in this arm."""
-        return f"{self.method} {self.arm}"
+        """What the result is called: the method, and its arm if it has one."""
+        return f"{self.method} {self.arm}".rstrip()
+
+    @property
+    def name(self) -> str:
+        """The method, the arm and the task."""
+        return f"{self.agent} on {self.task.id}"
 
     def check(self) -> None:
-        """Return nothing; see ``Unit.check``; what was begun has to be of this source, which may have to be trained."""
+        """Raise an ``InputError`` if torch or the method is missing, or an arm was begun with another source.
+
+        The source of an arm that was not begun may still have to be trained.
+        """
         require("torch", "torch")
-        folder = self.transfer.folder_of(self.arm)
-        if folder.exists():
-            RunDirectory(folder).require_config(self.transfer.plan(self.arm, self.transfer.load()).config())
+        from hhrl_bench.training.train import get_method  # noqa: PLC0415
+
+        if self.transfer is None:
+            get_method(self.method)
+        elif self.folder.exists():
+            RunDirectory(self.folder).require_config(self._plan().config())
 
     def run(self, update: Update = silent) -> TimedResult:
         """Return the result of the chosen checkpoints, trained first where they are not yet."""
-        plan = self.transfer.plan(self.arm, self.transfer.load())
-        return _trained(plan, self.agent, self.episodes, self.store, update)
+        from hhrl_bench.training.train import train  # noqa: PLC0415
 
+        plan = self._plan()
+        for report in train(plan, resume=True):
+            update(report.env_steps, plan.env_steps, report.note)
+        path = self.folder / OUTCOME_FILE.format(self.episodes)
+        return keep_outcome(path, self._score, str(self.folder), self.task, self.store)
 
-def _trained(plan: "Plan", name: str, episodes: int, store: Store, update: Update) -> TimedResult:
-    """Return the result of a training under a name; what was trained and scored before is read."""
-    from hhrl_bench.training.train import train  # noqa: PLC0415
+    def _plan(self) -> "Plan":
+        from hhrl_bench.training.train import Plan, get_method  # noqa: PLC0415
 
-    for report in train(plan, resume=True):
-        update(report.env_steps, plan.env_steps, report.note)
-    source = str(plan.folder)
+        if self.transfer is not None:
+            return self.transfer.plan(self.arm, self.transfer.load())
+        return Plan(get_method(self.method), self.task, self.seeds, self.task.env_steps, self.folder)
 
-    def score() -> TimedResult:
+    def _score(self) -> TimedResult:
         started = time.perf_counter()
-        result = evaluate_agent(source, plan.task, episodes, store=store)
-        failed = tuple(seed for seed in failed_seeds(plan.folder) if seed in plan.seeds)
-        result = result.model_copy(update={"agent": name, "failed_seeds": failed})
-        seconds = RunDirectory(plan.folder).seconds(plan.seeds) + time.perf_counter() - started
+        result = evaluate_agent(str(self.folder), self.task, self.episodes, store=self.store)
+        failed = tuple(seed for seed in failed_seeds(self.folder) if seed in self.seeds)
+        result = result.model_copy(update={"agent": self.agent, "failed_seeds": failed})
+        seconds = RunDirectory(self.folder).seconds(self.seeds) + time.perf_counter() - started
         return TimedResult(result=result, seconds=seconds)
 
-    return keep_outcome(plan.folder / OUTCOME.format(episodes), score, source, plan.task, store)
+
+def arm_trainings(transfer: Transfer, method: Method, episodes: int, store: Store) -> list[Training]:
+    """Return the training of every arm that makes sense for a method in a transfer's target."""
+    return [
+        Training(
+            method.id, transfer.target, transfer.seeds, episodes, transfer.folder_of(arm.id), store, transfer, arm.id
+        )
+        for arm in sensible_arms(method, transfer.target)
+    ]
+
+
+class OutcomeRecord(Record):
+    """An outcome, and the hash of the code that made it."""
+
+    code_sha256: Sha256
+    outcome: TimedResult
+
+
+def keep_outcome(path: Path, make: Callable[[], TimedResult], agent: str, task: Task, store: Store) -> TimedResult:
+    """Return the outcome in a file, or the one that ``make`` makes anew, which is then written there.
+
+    It is made anew where there is none, where it was made by other code, where ``agent`` has other checkpoints now, and
+    where the store lacks some of its files or holds damaged ones. An agent that is the user's own code is always scored
+    anew.
+    """
+    known = _read(path)
+    if known and known.code_sha256 == code_sha256() and _still_holds(known.outcome.result, agent, task, store):
+        return known.outcome
+    outcome = make()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    record = OutcomeRecord(code_sha256=code_sha256(), outcome=outcome)
+    write_atomically(path, record.model_dump_json(indent=2) + "\n")
+    return outcome
+
+
+def _read(path: Path) -> OutcomeRecord | None:
+    try:
+        return OutcomeRecord.model_validate_json(path.read_bytes())
+    except (OSError, ValidationError):
+        return None
+
+
+def _still_holds(result: ResultRecord, agent: str, task: Task, store: Store) -> bool:
+    loaded = load_agents(agent, get_scenario(task.scenario))
+    return (
+        result.task == task.id
+        and all(one.kind != "factory" for one in loaded)
+        and [one.sha256 for one in loaded] == [run.checkpoint_sha256 for run in result.runs]
+        and all(_are_whole(run, store) for run in result.runs)
+    )
+
+
+def _are_whole(run: RunRecord, store: Store) -> bool:
+    """Return whether the evidence and the checkpoint of a run, if it has one, lie in the store, and are not damaged."""
+    try:
+        read(store.evidence(str(run.evidence_sha256)))
+        if run.checkpoint_sha256:
+            read(store.checkpoint(run.checkpoint_sha256))
+    except RecordError:
+        return False
+    return True

@@ -10,7 +10,7 @@ from rich.table import Table
 from hhrl_bench.tables.sheet import Cell, Group, Row, Sheet
 from hhrl_bench.tables.terminal import print_widest, ruled_table
 from hhrl_bench.text import NONE
-from hhrl_bench.training.records import SharesRecord, TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import SharesRecord, TrainingOutcomesRecord
 
 SHOWN = ("success", "collision", "not_stop", "timeout")
 """The first ones are shown longest where there is little room."""

@@ -65,7 +65,7 @@ class RunDirectory:
         return not self.state(seeds).exists() and all(self._ended(seed) for seed in seeds)
 
     def prepare(self, config: Mapping[str, Any], seeds: Sequence[int], *, resume: bool) -> None:
-        """Return nothing; make the directory and its ``config.json``.
+        """Make the directory and its ``config.json``.
 
         Raises:
             OutputError: if it cannot be written, holds a run of another configuration, one of the seeds already, or an
@@ -81,21 +81,17 @@ class RunDirectory:
         write_atomically(self._config, _text(config))
 
     def require_config(self, config: Mapping[str, Any]) -> None:
-        """Return nothing.
-
-        Raises:
-            OutputError: if the directory holds a run of another configuration.
-        """
+        """Raise an ``OutputError`` if the directory holds a run of another configuration."""
         if self._config.exists() and self._config.read_text(encoding="utf-8", errors="replace") != _text(config):
             raise OutputError(f"{self.folder} holds a run of another configuration; name another folder with --out")
 
     def write_curve(self, seed: int, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Return nothing; write the learning curve of a seed, one JSON object a line."""
+        """Write the learning curve of a seed, one JSON object a line."""
         text = "".join(json.dumps(row, allow_nan=False) + "\n" for row in rows)
         write_atomically(self.curve(seed), text)
 
     def write_failure(self, seed: int, record: Mapping[str, Any]) -> None:
-        """Return nothing; write why a seed has failed, and remove its checkpoint."""
+        """Write why a seed has failed, and remove its checkpoint."""
         write_atomically(self.failed(seed), json.dumps(record, indent=2, allow_nan=False) + "\n")
         self.best(seed).unlink(missing_ok=True)
 

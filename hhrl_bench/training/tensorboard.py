@@ -6,13 +6,13 @@ from typing import Any
 
 from torch.utils.tensorboard import SummaryWriter
 
-from hhrl_bench.training.seed_run import Row, SeedRun
+from hhrl_bench.training.saved_state import ReportRow, SeedRun
 
 
 class EventFiles:
     """Writes the seeds' curves, each seed a TensorBoard run, so that a chart lays them over each other.
 
-    The curves so far are written anew, and what earlier event files say is purged: no step stands twice after a resume.
+    The curves so far are written anew and what earlier event files say is purged: no step occurs twice after a resume.
     """
 
     def __init__(self, folder: Path, runs: Sequence[SeedRun]) -> None:
@@ -21,20 +21,20 @@ class EventFiles:
             for row in run.curve:
                 self.add(run.seed, row)
 
-    def add(self, seed: int, row: Row) -> None:
-        """Return nothing; write one report of a seed: losses, outcome rates in training, validation metrics."""
+    def add(self, seed: int, row: ReportRow) -> None:
+        """Write one report of a seed: losses, outcome rates in training, validation metrics."""
         writer = self._writers[seed]
         for tag, value in scalars(row).items():
             writer.add_scalar(tag, value, row["env_steps"])
         writer.flush()
 
     def close(self) -> None:
-        """Return nothing; close all files."""
+        """Close all files."""
         for writer in self._writers.values():
             writer.close()
 
 
-def scalars(row: Row) -> dict[str, float]:
+def scalars(row: ReportRow) -> dict[str, float]:
     """Return the finite numbers of a curve's row by TensorBoard tag: ``loss/``, ``training/`` and ``validation/``."""
     episodes: Mapping[str, int] = row["episodes"]
     rates = {outcome: count / sum(episodes.values()) for outcome, count in episodes.items()}

@@ -4,7 +4,7 @@ import shlex
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from math import isnan, nan
+from math import isfinite, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,18 +19,16 @@ from hhrl_agents.policies.learned_agent import LearnedAgent
 from hhrl_agents.training.learner import Progress
 from hhrl_agents.training.start import NOTHING
 from hhrl_bench.errors import AgentError
-from hhrl_bench.evaluation.evaluate import play
-from hhrl_bench.evaluation.metrics import means
-from hhrl_bench.evaluation.rollout import training_drivers
+from hhrl_bench.evaluation.evaluate import play, training_drivers
+from hhrl_bench.evaluation.metrics import means, watched
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.seeds import UInt64Array, format_seeds
 from hhrl_bench.tasks.tasks import Task
 from hhrl_bench.torch_threads import one_torch_thread
+from hhrl_bench.training.reuse import Reuse
 from hhrl_bench.training.run_directory import RunDirectory
-from hhrl_bench.training.saved_state import StateFile, TrainingState
-from hhrl_bench.training.seed_run import Row, SeedRun, find_fault
-from hhrl_bench.training.source import Reuse
+from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.errors import require
 
@@ -110,10 +108,13 @@ class Report(NamedTuple):
 
 
 def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Iterator[Report]:
-    """Return, one after the other, the reports of a training; at its end the run directory holds the checkpoints.
+    """Yield the reports of a training; at its end the run directory holds the checkpoints.
 
-    resume: go on with a training that was stopped, to the same bits as without the stop; a finished one has no more
-    reports. tensorboard: write event files too.
+    Args:
+        plan: what to train, and where its files go.
+        resume: go on with a training that was stopped, to the same bits as without the stop; a finished one has no
+            more reports.
+        tensorboard: write event files too.
 
     Raises:
         OutputError: before training begins, if the run directory cannot be written, holds other runs, or a state that
@@ -163,7 +164,7 @@ class _Training:
         self._finish()
 
     def _progress(self) -> Iterator[Progress]:
-        """Yield what there is to report: the policies that begin, then the learner's reports."""
+        """Yield what there is to report: the policies of step 0, then the learner's reports."""
         if not self._runs[0].curve:
             yield Progress(0, 0, {}, np.zeros((len(self._runs), len(Outcome)), np.int64))
         yield from self._learner.train(self._plan.env_steps)
@@ -202,13 +203,15 @@ class _Training:
 
     def _validate(self, policy: LearnedAgent) -> dict[str, float | None]:
         seeds, drivers = self._plan.task.validation.take(VALIDATION_EPISODES), training_drivers(self._plan.task)
-        return finite(means(play(policy, self._scenario, seeds, rows=VALIDATION_EPISODES, drivers=drivers).records))
+        metrics = watched()
+        scored = play(policy, self._scenario, seeds, rows=len(seeds), drivers=drivers, metrics=metrics)
+        return finite(means(scored.records, metrics))
 
-    def _keep(self, run: SeedRun, row: Row, policy: LearnedAgent) -> None:
+    def _keep(self, run: SeedRun, row: ReportRow, policy: LearnedAgent) -> None:
         if run.add(row):
             self._save(self._directory.best(run.seed), policy, row)
 
-    def _save(self, path: Path, policy: LearnedAgent, row: Row) -> None:
+    def _save(self, path: Path, policy: LearnedAgent, row: ReportRow) -> None:
         plan = self._plan
         metadata = {"command": plan.command, "budget": plan.env_steps or None, "validation": row["validation"]}
         checkpoints.save(path, policy, metadata)
@@ -224,6 +227,14 @@ class _Training:
         if self._events:
             self._events.close()
         self._state_path.unlink()
+
+
+def find_fault(losses: Mapping[str, float], finite_parameters: bool, updated: bool) -> str | None:
+    """Return why a seed has diverged, by its mean losses since its last report and its parameters; None if neither."""
+    if not finite_parameters:
+        return "its parameters are not finite"
+    lost = [level for level, loss in losses.items() if updated and not isfinite(loss)]
+    return f"its {lost[0]} loss is not finite" if lost else None
 
 
 def _world_seeds(plan: Plan, n_envs: int) -> UInt64Array:

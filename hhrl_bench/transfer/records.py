@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record
 from hhrl_bench.training.learning_curves import Curve
-from hhrl_bench.transfer.arms import CONTROL, ArmName
+from hhrl_bench.transfer.transfer import CONTROL, ArmName
 
 
 class SeedsMetricRecord(Record):
@@ -80,9 +80,9 @@ class TransferRecord(Record):
     over_scratch: ComparisonRecord | None
 
     @property
-    def group(self) -> "Group":
+    def group(self) -> "ArmGroup":
         """The group of arms that it belongs to."""
-        return Group(self.method, self.source, self.target)
+        return ArmGroup(self.method, self.source, self.target)
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -104,7 +104,7 @@ class TransferRecord(Record):
         return [one.per_seed for one in metrics if isinstance(one, SeedsMetricRecord | StepsRecord)]
 
 
-class Group(NamedTuple):
+class ArmGroup(NamedTuple):
     """What the arms of one comparison share."""
 
     method: str

@@ -13,18 +13,17 @@ from hhrl_bench.schema import SCHEMA_VERSION
 from hhrl_bench.statistics.censored_times import ratio_of_medians
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE, FloatArray, bootstrap_mean
 from hhrl_bench.training.learning_curves import THRESHOLD, Curve, area, read_outcomes, time_to_threshold
-from hhrl_bench.transfer.arms import ARMS, CONTROL, ArmName
 from hhrl_bench.transfer.metrics import asymptotic_gain, forward_transfer, jumpstart, transfer_ratio
 from hhrl_bench.transfer.records import (
+    ArmGroup,
     ComparisonRecord,
-    Group,
     SeedsMetricRecord,
     StepsRatioRecord,
     StepsRecord,
     TransferRecord,
     TransferSetRecord,
 )
-from hhrl_bench.transfer.transfer import Transfer, sensible_arms
+from hhrl_bench.transfer.transfer import ARMS, CONTROL, ArmName, Transfer, sensible_arms
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +74,7 @@ def transfer_set(transfers: Iterable[TransferCurves], bootstrap_seed: int = BOOT
 
 def recompute(record: TransferSetRecord) -> TransferSetRecord:
     """Return what the stored curves and bootstrap seed come to: an equal record, if no number of it was changed."""
-    groups: dict[Group, dict[ArmName, ArmCurves]] = {}
+    groups: dict[ArmGroup, dict[ArmName, ArmCurves]] = {}
     for row in record.rows:
         arms = groups.setdefault(row.group, {})
         arms[row.arm] = ArmCurves(row.seeds, row.env_steps, row.success)
@@ -91,7 +90,7 @@ def transfer_rows(
     Raises:
         CurveError: if an arm is unknown, scratch is missing, seeds or reports differ between arms, or curves are none.
     """
-    group = Group(method, source, target)
+    group = ArmGroup(method, source, target)
     if CONTROL not in curves or set(curves) - set(ARMS):
         raise CurveError(f"{group} has the arms {', '.join(curves)}; write {CONTROL} and others of {', '.join(ARMS)}")
     rows = []
@@ -103,7 +102,7 @@ def transfer_rows(
     return tuple(rows)
 
 
-def _row(group: Group, arm: ArmName, own: ArmCurves, control: ArmCurves, rng: np.random.Generator) -> TransferRecord:
+def _row(group: ArmGroup, arm: ArmName, own: ArmCurves, control: ArmCurves, rng: np.random.Generator) -> TransferRecord:
     b = control.curves()
     if len(control.env_steps) < 2:
         raise CurveError(f"{CONTROL} has a single report; train it for a budget")

@@ -7,8 +7,7 @@ import pytest
 from hhrl_agents import METHODS
 from hhrl_agents.methods.method import Method
 from hhrl_bench.tasks.tasks import TASKS, Task, get_task
-from hhrl_bench.transfer.arms import ARMS, CONTROL, ArmName
-from hhrl_bench.transfer.transfer import sensible_arms, target_method
+from hhrl_bench.transfer.transfer import ARMS, CONTROL, ArmName, sensible_arms, target_method
 from hhrl_envs import get_scenario
 
 ALL = ("zero-shot", "frozen-action", "fine-tune", "scratch")

@@ -13,7 +13,7 @@ from hhrl_bench.figures.table_one import RATES, counterparts, draw_table_one
 from hhrl_bench.figures.training import draw_training_curves
 from hhrl_bench.leaderboard.entry import write
 from hhrl_bench.paper_table import TABLE_I
-from hhrl_bench.training.records import TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from support.boards import board, rules
 from support.command_line import invoke
 from support.trainings import STEPS, training

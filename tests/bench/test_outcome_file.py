@@ -8,8 +8,8 @@ import pytest
 from hhrl_bench.evaluation.records import ResultRecord, TimedResult
 from hhrl_bench.evaluation.results import evaluate_agent
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.suites import outcome_file
-from hhrl_bench.suites.outcome_file import keep_outcome
+from hhrl_bench.suites import units
+from hhrl_bench.suites.units import keep_outcome
 from hhrl_bench.tasks.tasks import get_task
 
 TASK = get_task("stop-line-v0")
@@ -69,7 +69,7 @@ def test_what_is_missing_or_damaged_is_made_anew(unit: Unit, change: Callable[[U
 
 def test_other_code_makes_it_anew(unit: Unit, monkeypatch: pytest.MonkeyPatch) -> None:
     first = unit.run()
-    monkeypatch.setattr(outcome_file, "code_sha256", lambda: "0" * 64)
+    monkeypatch.setattr(units, "code_sha256", lambda: "0" * 64)
     assert (unit.run(), unit.times) == (first, 2)
 
 

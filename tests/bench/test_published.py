@@ -56,7 +56,7 @@ def test_a_leaderboard_named_after_a_suite_holds_all_of_it(name: str) -> None:
     units = {unit.name for stage in suite.stages(Path()) for unit in stage}
     results = {f"{result.agent} on {result.task}": result for result in board.results}
     assert set(results) == units
-    for training in suite.kept(Path()).trainings:
+    for training in suite.curves(Path()).trainings:
         result = results[training.name]
         assert sorted((*result.seeds, *result.failed_seeds)) == list(training.seeds)
 

@@ -18,8 +18,8 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus, UnitStatus
 from hhrl_bench.execution.run import ATTEMPTS, Execution, Overseer, run_units
 from hhrl_bench.progress import silent
-from support.sweeps import environment, finish, results, start
 from support.scripted_units import ScriptedUnit, is_running
+from support.sweeps import environment, finish, results, start
 
 pytest.importorskip("ray", reason="ray is not installed; run: make cluster")
 

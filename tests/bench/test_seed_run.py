@@ -12,7 +12,7 @@ torch = pytest.importorskip("torch")
 
 from hhrl_agents.algorithms.double_dqn import Learner  # noqa: E402
 from hhrl_bench.training import train as training  # noqa: E402
-from hhrl_bench.training.seed_run import find_fault  # noqa: E402
+from hhrl_bench.training.train import find_fault  # noqa: E402
 from support.command_line import invoke  # noqa: E402
 from support.small_training import STEPS, contents, plan, small_methods  # noqa: E402
 

@@ -21,7 +21,7 @@ from hhrl_bench.evaluation.loading import load_agents  # noqa: E402
 from hhrl_bench.evaluation.records import EvaluationRecord  # noqa: E402
 from hhrl_bench.tasks.tasks import get_task  # noqa: E402
 from hhrl_bench.training import train as training  # noqa: E402
-from hhrl_bench.training.seed_run import SeedRun  # noqa: E402
+from hhrl_bench.training.saved_state import SeedRun  # noqa: E402
 from hhrl_envs import Scenario, get_scenario  # noqa: E402
 from support.command_line import invoke  # noqa: E402
 

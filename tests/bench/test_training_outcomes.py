@@ -16,8 +16,7 @@ from hhrl_bench.figures.style import style
 from hhrl_bench.figures.training import LINES, draw_trainings, save_trainings
 from hhrl_bench.tables.trainings import print_trainings
 from hhrl_bench.text import NONE
-from hhrl_bench.training.learning_curves import read_outcomes
-from hhrl_bench.training.records import OUTCOMES, TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import TRAINING_OUTCOMES, TrainingOutcomesRecord, read_outcomes
 
 RATES = {"success": 0.5, "timeout": 0.25, "not_stop": 0.25, "collision": 0.0}
 FIRST = {"env_steps": 100, "losses": {}, "episodes": {"success": 1, "collision": 3}, "validation": RATES}
@@ -44,7 +43,7 @@ def test_outcomes_are_shares_by_seed_and_report_and_null_where_there_are_none(tm
     assert read.testing.success == ((0.5, 0.75), (0.5, None), (0.5, None))
     assert read.runs == "seeds 0,2,10, 2 not to the end"
     for shares in (read.training, read.testing):
-        total = np.sum([shares.array(name) for name in OUTCOMES], axis=0)
+        total = np.sum([shares.array(name) for name in TRAINING_OUTCOMES], axis=0)
         np.testing.assert_array_equal(total[np.isfinite(total)], 1.0)
 
 
@@ -98,7 +97,9 @@ def test_the_figure_has_a_column_a_training_and_names_every_line(tmp_path: Path)
     assert [text.get_text() for text in legend.get_texts()] == ["success", "timeout", "not stop", "collision"]
     means = {str(line.get_color()): np.asarray(line.get_ydata(), float) for line in below[0].get_lines()}
     np.testing.assert_allclose(means[LINES["success"].colour], [0.5, 0.75])
-    assert len({(line.colour, line.dashes) for line in LINES.values()}) == len({*LINES.values()}) == len(OUTCOMES)
+    assert (
+        len({(line.colour, line.dashes) for line in LINES.values()}) == len({*LINES.values()}) == len(TRAINING_OUTCOMES)
+    )
 
 
 def test_equal_trainings_give_equal_files(tmp_path: Path) -> None:

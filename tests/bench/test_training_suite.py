@@ -12,11 +12,12 @@ pytest.importorskip("torch")
 
 from hhrl_bench.leaderboard import entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.suites.kinds import TrainingSuite
 from hhrl_bench.suites.study import suite_study
-from hhrl_bench.suites.suites import SUITES, TrainingSuite
+from hhrl_bench.suites.suites import SUITES
 from hhrl_bench.tasks.tasks import TASKS
 from hhrl_bench.training import train as training
-from hhrl_bench.training.records import OUTCOMES
+from hhrl_bench.training.learning_curves import TRAINING_OUTCOMES
 from support.command_line import invoke
 from support.small_training import STEPS, small_methods
 
@@ -62,8 +63,8 @@ def test_the_leaderboard_holds_how_the_episodes_of_every_training_ended(board: L
     for one in board.trainings:
         assert one.seeds == SUITE.seeds
         assert one.env_steps == (0, 200, 400, 600)
-        assert all(one.training.array(outcome).shape == (2, 4) for outcome in OUTCOMES)
-        tested = sum(one.testing.array(outcome) for outcome in OUTCOMES)
+        assert all(one.training.array(outcome).shape == (2, 4) for outcome in TRAINING_OUTCOMES)
+        tested = sum(one.testing.array(outcome) for outcome in TRAINING_OUTCOMES)
         assert tested == pytest.approx(1.0)
 
 
@@ -136,4 +137,4 @@ def test_the_registered_suite_is_the_papers_three_trainings() -> None:
     assert [unit.name for unit in units] == [
         "follow-only on red-light-v0", "option-only on option-only-v0", "hybrid-hrl on stop-line-v0",
     ]  # fmt: skip
-    assert list(suite.kept(Path("runs")).trainings) == units
+    assert list(suite.curves(Path("runs")).trainings) == units

@@ -16,12 +16,12 @@ from hhrl_bench.evaluation.evaluate import play  # noqa: E402
 from hhrl_bench.execution.unit import Unit  # noqa: E402
 from hhrl_bench.leaderboard import entry  # noqa: E402
 from hhrl_bench.leaderboard.record import LeaderboardRecord  # noqa: E402
+from hhrl_bench.suites.kinds import TransferSuite  # noqa: E402
 from hhrl_bench.suites.study import suite_study, transfer_study  # noqa: E402
-from hhrl_bench.suites.suites import TransferSuite  # noqa: E402
 from hhrl_bench.tasks.tasks import get_task  # noqa: E402
 from hhrl_bench.training import train as training  # noqa: E402
+from hhrl_bench.training.reuse import load_source  # noqa: E402
 from hhrl_bench.training.run_directory import RunDirectory  # noqa: E402
-from hhrl_bench.training.source import load_source  # noqa: E402
 from hhrl_bench.transfer.summary import recompute  # noqa: E402
 from hhrl_bench.transfer.transfer import Transfer  # noqa: E402
 from hhrl_envs import Option, get_scenario  # noqa: E402
@@ -134,7 +134,7 @@ def test_a_stopped_transfer_goes_on_to_the_same_leaderboard(source: Path, moved:
     running = study.run()
     next(running), next(running)
     running.close()  # type: ignore[attr-defined]
-    arm = study.kept.transfers[0].plan("fine-tune", study.kept.transfers[0].load())
+    arm = study.curves.transfers[0].plan("fine-tune", study.curves.transfers[0].load())
     reports = training.train(arm, resume=True)
     next(reports), next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
@@ -203,7 +203,7 @@ def test_a_suite_trains_its_sources_first(tmp_path: Path) -> None:
         *(f"hrl-0 {arm} on stop-line-wet-v0" for arm in ("zero-shot", "frozen-action", "fine-tune", "scratch")),
         *(f"hrl-0 {arm} on option-only-v0" for arm in ("zero-shot", "fine-tune", "scratch")),
     ]
-    assert [transfer.source for transfer in study.kept.transfers] == [
+    assert [transfer.source for transfer in study.curves.transfers] == [
         str(tmp_path / method / "source") for method in ("ddqn", "hrl-0", "hrl-0")
     ]
 

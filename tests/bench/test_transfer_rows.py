@@ -10,10 +10,10 @@ from pydantic import ValidationError
 from hhrl_bench.errors import CurveError
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED
 from hhrl_bench.training.learning_curves import Curve, area
-from hhrl_bench.transfer.arms import ARMS, ArmName
 from hhrl_bench.transfer.metrics import forward_transfer
 from hhrl_bench.transfer.records import TransferRecord, TransferSetRecord
 from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, recompute, transfer_rows, transfer_set
+from hhrl_bench.transfer.transfer import ARMS, ArmName
 from support.transfers import SEEDS, STEPS, arms, study
 
 GRID = (0, 100, 200)

@@ -27,13 +27,13 @@ from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import method_records
 from hhrl_bench.publishing import publication
 from hhrl_bench.statistics import censored_times, intervals
-from hhrl_bench.suites.outcome_file import keep_outcome
+from hhrl_bench.suites.units import keep_outcome
 from hhrl_bench.tasks.seeds import parse_seeds
 from hhrl_bench.training import saved_state
 from hhrl_bench.training import train as training
 from hhrl_bench.training.learning_curves import read_outcomes
 from hhrl_bench.training.run_directory import RunDirectory, failed_seeds
-from hhrl_bench.verification.replay import replay
+from hhrl_bench.verification.checked_result import replay
 from hhrl_bench.verification.verify import verify
 from hhrl_envs import get_scenario
 from hhrl_envs.errors import InputError

@@ -8,12 +8,11 @@ from hhrl_bench.evaluation.results import task_record
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard import entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.suites.outcome_file import OutcomeRecord
-from hhrl_bench.suites.units import Evaluation
+from hhrl_bench.suites.units import Evaluation, OutcomeRecord
 from hhrl_bench.tasks.tasks import get_task
-from hhrl_bench.transfer.arms import ArmName
 from hhrl_bench.transfer.records import TransferSetRecord
 from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, transfer_set
+from hhrl_bench.transfer.transfer import ArmName
 from support.trainings import training
 
 EPISODES = 6

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from hhrl_bench.training.records import SharesRecord, TrainingOutcomesRecord
+from hhrl_bench.training.learning_curves import SharesRecord, TrainingOutcomesRecord
 
 STEPS = (0, 10_000, 20_000, 30_000)
 

@@ -4,9 +4,9 @@ from functools import cache
 
 import numpy as np
 
-from hhrl_bench.transfer.arms import ArmName
 from hhrl_bench.transfer.records import TransferSetRecord
 from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, transfer_set
+from hhrl_bench.transfer.transfer import ArmName
 
 STEPS = tuple(range(0, 60_000, 10_000))
 SEEDS = (0, 1, 2, 5)

@@ -1,14 +1,13 @@
-"""The source of a transfer: a run whose policies, one for each training seed, are reused in another task."""
+"""What a training takes over from another one: a source run, whose policies, one a training seed, are reused."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hhrl_agents.methods.method import Method
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.tasks.seeds import format_seeds
-from hhrl_bench.transfer.arms import Arm
 from hhrl_envs import Scenario
 
 if TYPE_CHECKING:
@@ -27,11 +26,7 @@ class Source:
     sha256: Mapping[int, str]
 
     def require_seeds(self, seeds: Sequence[int]) -> None:
-        """Return nothing.
-
-        Raises:
-            AgentError: if one of the seeds has no policy.
-        """
+        """Raise an ``AgentError`` if one of the seeds has no policy."""
         missing = [seed for seed in seeds if seed not in self.policies]
         if missing:
             raise AgentError(
@@ -42,28 +37,39 @@ class Source:
 
 @dataclass(frozen=True)
 class Reuse:
-    """What a training takes over: of which source, in which arm, and the command that asks for it."""
+    """What a training takes over from a source.
+
+    Attributes:
+        source: the trained run.
+        levels: whose parameters are taken over; a seed takes those of the source's policy of the same seed.
+        fixed: those of the levels that stay as they are.
+        epsilon: share of random choices at the first step of training.
+        command: what asks for the training on the command line.
+        description: what the run directory says of the way in which the source is reused, as JSON data.
+    """
 
     source: Source
-    arm: Arm
+    levels: tuple[str, ...]
+    fixed: tuple[str, ...]
+    epsilon: float
     command: str
+    description: Mapping[str, Any]
 
     def start(self, method: Method, seeds: Sequence[int]) -> "Start":
-        """Return what a training of ``method`` begins with: each seed with the source's policy of the same seed."""
+        """Return what a training of ``method`` begins with."""
         from hhrl_agents.training.start import Start  # noqa: PLC0415
 
-        levels = [level for level in self.arm.carries if level in method.levels]
+        levels = [level for level in self.levels if level in method.levels]
         prefixes = tuple(f"{level}." for level in levels)
         taken = [
             {name: value for name, value in self.source.policies[seed].parameters.items() if name.startswith(prefixes)}
             for seed in seeds
         ]
-        return Start(taken, tuple(level for level in self.arm.fixed if level in levels), self.arm.epsilon)
+        return Start(taken, tuple(level for level in self.fixed if level in levels), self.epsilon)
 
     def config(self, seeds: Sequence[int]) -> dict[str, Any]:
-        """Return the arm and, unless nothing is taken over, the hashes of the seeds' policies, as JSON data."""
-        hashes = [self.source.sha256[seed] for seed in seeds] if self.arm.carries else []
-        return {"arm": asdict(self.arm), "source": hashes}
+        """Return the description and, unless nothing is taken over, the hashes of the seeds' policies, as JSON data."""
+        return {**self.description, "source": [self.source.sha256[seed] for seed in seeds] if self.levels else []}
 
 
 def load_source(name: str, scenario: Scenario) -> Source:
