@@ -9,10 +9,9 @@ from hhrl_bench.errors import SeedError, UnknownTaskError
 from hhrl_bench.evaluation.evaluate import BATCH_ROWS, batches, rollout_of_episode
 from hhrl_bench.evaluation.metrics import of_selected
 from hhrl_bench.evaluation.rollout import Rollout
-from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Outcome, get_scenario
-from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
+from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints, Keys
 
 MAX_EPISODES = 10_000
 
@@ -42,7 +41,7 @@ class Steps:
     reward_task: Floats
     reward_option: Floats
     reward_action: Floats
-    seeds: UInt64Array
+    seeds: Keys
     outcomes: Codes
 
     @property

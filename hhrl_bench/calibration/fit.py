@@ -18,10 +18,9 @@ from hhrl_bench.evaluation.episodes import Totals
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.progress import Update, silent
-from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import VALIDATION
 from hhrl_envs import InputError, Scenario
-from hhrl_envs.arrays import Flags, Floats
+from hhrl_envs.arrays import Flags, Floats, Keys
 
 INFEASIBLE = 1e4  # the objective of a world that draws no feasible episode
 POPULATION = 3  # candidates of a generation for each parameter
@@ -35,7 +34,7 @@ class Fit(NamedTuple):
     worlds: int
 
 
-def score(scenario: Scenario, seeds: UInt64Array) -> Floats:
+def score(scenario: Scenario, seeds: Keys) -> Floats:
     """Return the nine columns of Table I for Rules 1 to 4, float64 [4, 9], over the episodes of ``seeds`` [N].
 
     The rules drive side by side in one batch of 4 N rows: the numbers of an evaluation, in a third of its time.
@@ -87,7 +86,7 @@ def fit(seed: int, generations: int, episodes: int, update: Update = silent) -> 
     return Fit(space.named(best.x), float(best.fun), int(best.nfev))
 
 
-def _cost(seeds: UInt64Array) -> Callable[[Floats], float]:
+def _cost(seeds: Keys) -> Callable[[Floats], float]:
     def cost(vector: Floats) -> float:
         try:
             return objective(score(space.build(space.named(vector)), seeds))

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from hhrl_bench.evaluation.metrics import METRICS, Metric
 from hhrl_bench.evaluation.rollout import Rollout, Step
-from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_envs import Outcome
-from hhrl_envs.arrays import Codes, Flags
+from hhrl_envs.arrays import Codes, Flags, Keys
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -29,7 +28,7 @@ class EpisodeRecords:
             attribute too.
     """
 
-    seed: UInt64Array
+    seed: Keys
     outcome: Codes
     steps: NDArray[np.int32]
     measured: Arrays

@@ -19,9 +19,9 @@ from hhrl_bench.evaluation.guarded_agent import GuardedAgent
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
 from hhrl_bench.evaluation.metrics import Metric
 from hhrl_bench.evaluation.rollout import Rollout
-from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Option, Scenario, get_scenario
+from hhrl_envs.arrays import Keys
 
 BATCH_ROWS = 500
 
@@ -51,7 +51,7 @@ def evaluate(
     return play_task(agent, task, task.test.take(episodes), option).records
 
 
-def play_task(agent: Agent, task: Task, seeds: UInt64Array, option: Option | None = None) -> ScoredEpisodes:
+def play_task(agent: Agent, task: Task, seeds: Keys, option: Option | None = None) -> ScoredEpisodes:
     """Return episode 0 of each world in ``seeds`` uint64 [N], with the vehicles driven as the task is scored."""
     return play(agent, get_scenario(task.scenario), seeds, option, drivers=evaluation_drivers(task))
 
@@ -59,7 +59,7 @@ def play_task(agent: Agent, task: Task, seeds: UInt64Array, option: Option | Non
 def play(
     agent: Agent,
     scenario: Scenario,
-    seeds: UInt64Array,
+    seeds: Keys,
     option: Option | None = None,
     rows: int = BATCH_ROWS,
     drivers: Drivers = EGO_ALONE,
@@ -94,7 +94,7 @@ def rollout_of_episode(agent: Agent, task: Task, episode: int, option: Option | 
     return Rollout(agent, get_scenario(task.scenario), seeds, option, evaluation_drivers(task)), row
 
 
-def batches(seeds: UInt64Array, rows: int = BATCH_ROWS) -> UInt64Array:
+def batches(seeds: Keys, rows: int = BATCH_ROWS) -> Keys:
     """Return the worlds uint64 [N] as batches [., rows]; the last one is filled up with its last world."""
     return np.pad(seeds, (0, -len(seeds) % rows), mode="edge").reshape(-1, rows)
 

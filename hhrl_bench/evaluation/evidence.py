@@ -20,7 +20,7 @@ from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import RunRecord
 from hhrl_bench.evaluation.store import Store, read
-from hhrl_bench.tasks.seeds import UInt64Array
+from hhrl_envs.arrays import Keys
 
 MAX_BYTES = 2**30
 """No evidence is larger, once it is unpacked."""
@@ -49,7 +49,7 @@ class Evidence(NamedTuple):
         """How many steps each episode has, int32 [N]."""
         return self.trace.steps
 
-    def records(self, seeds: UInt64Array) -> EpisodeRecords:
+    def records(self, seeds: Keys) -> EpisodeRecords:
         """Return the records of the episodes, in the worlds ``seeds`` [N], as far as they follow from whole numbers."""
         if not self.outcomes.size:
             return EpisodeRecords(seeds, self.outcome, self.steps, self.measured)

@@ -9,9 +9,8 @@ import numpy as np
 from hhrl_agents import Agent
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_bench.evaluation.guarded_agent import GuardedAgent
-from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_envs import Option, Outcome, Scenario, Simulator
-from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
+from hhrl_envs.arrays import Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.simulation.simulator import Results
 
 
@@ -84,7 +83,7 @@ class Rollout:
         self,
         agent: Agent,
         scenario: Scenario,
-        seeds: UInt64Array,
+        seeds: Keys,
         option: Option | None = None,
         drivers: Drivers = EGO_ALONE,
     ) -> None:

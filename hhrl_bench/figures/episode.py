@@ -26,6 +26,7 @@ from hhrl_bench.figures.style import (
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_bench.torch_threads import one_torch_thread
 from hhrl_envs import Outcome, Scenario, get_scenario
+from hhrl_envs.arrays import Codes
 
 
 def draw_episode(who: str, scenario: Scenario, episode: EpisodeTraceRecord) -> Figure:
@@ -107,7 +108,7 @@ def _finish(axes: Axes, label: str) -> None:
     axes.grid(visible=True)
 
 
-def typical_episode(outcome: NDArray[np.int8], steps: NDArray[np.int32]) -> int:
+def typical_episode(outcome: Codes, steps: NDArray[np.int32]) -> int:
     """Return the number of the success whose length is the median of all successes; of all episodes if none succeeds.
 
     Args:
@@ -131,7 +132,7 @@ def save_episode(source: str | Path, task: str | Task, episode: int, folder: Pat
         folder: where the files go.
 
     Raises:
-        InputError: in one line, for anything that cannot be loaded, played or written.
+        InputError: in one line, for anything that cannot be loaded, run or written.
     """
     task = get_task(task)
     scenario = get_scenario(task.scenario)

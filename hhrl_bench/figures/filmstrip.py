@@ -9,10 +9,23 @@ import numpy as np
 from PIL import Image
 
 from hhrl_bench.chart import Chart
-from hhrl_envs.rendering.canvas import BLUE, GREEN, GREY, NAMED_COLOURS, ORANGE, PALE, PAPER, Canvas
+from hhrl_envs import SUB_GOALS
+from hhrl_envs.rendering.canvas import (
+    BLUE,
+    GREEN,
+    GREY,
+    NAMED_COLOURS,
+    ORANGE,
+    PALE,
+    PAPER,
+    PURPLE,
+    VERMILLION,
+    Canvas,
+)
 from hhrl_envs.rendering.picture import HEADER, OPTION_COLOURS, ROAD_ROWS, WIDTH, draw_header, picture
 from hhrl_envs.rendering.snapshot import Snapshot
 
+_COLOUR_WORDS = {ORANGE: "orange", GREEN: "green", BLUE: "blue", VERMILLION: "vermillion", PURPLE: "purple"}
 _KEY_FRAMES = 6
 _ROAD = ROAD_ROWS.stop - ROAD_ROWS.start
 _CHART, _MARGIN = 190, 14
@@ -66,9 +79,8 @@ def _draw_options(canvas: Canvas, chart: Chart, snapshots: Sequence[Snapshot]) -
         if now.option is not None:
             left, right = chart.x(now.time), chart.x(after.time)
             canvas.rect(left, chart.bottom - 3, right - left, 6, OPTION_COLOURS[now.option])
-    canvas.text(
-        chart.x(snapshots[-1].time), chart.legend, "bar on the axis: the option, orange SSL, green FFV", 18, GREY, "r"
-    )
+    told = ", ".join(f"{_COLOUR_WORDS[goal.colour]} {goal.spelling}" for goal in SUB_GOALS)
+    canvas.text(chart.x(snapshots[-1].time), chart.legend, f"bar on the axis: the option, {told}", 18, GREY, "r")
 
 
 def _times(snapshots: Sequence[Snapshot]) -> list[float]:

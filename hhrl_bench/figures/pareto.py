@@ -16,9 +16,9 @@ from hhrl_bench.evaluation.records import MetricRecord, ResultRecord
 from hhrl_bench.figures import style as fig
 from hhrl_bench.figures.style import Look, looks, name_below, new_panels
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.statistics.intervals import FloatArray
 from hhrl_bench.training.learning_curves import THRESHOLD
 from hhrl_envs import get_scenario
+from hhrl_envs.arrays import Floats
 
 _SIZE, _MARGIN, _LETTERS = 7.0, 0.12, 46
 _UNDER = f"filled: success of {THRESHOLD:.0%} or more; line: those of them that none beats\nthin lines: 95% intervals"
@@ -57,12 +57,12 @@ class Place(NamedTuple):
     """Where an agent is: mean, low and high of the time [s] and of the unsmooth steps, and whether it succeeds."""
 
     agent: str
-    time: FloatArray
-    unsmooth: FloatArray
+    time: Floats
+    unsmooth: Floats
     succeeds: bool
 
     @property
-    def point(self) -> FloatArray:
+    def point(self) -> Floats:
         """The two means."""
         return np.array([self.time[0], self.unsmooth[0]])
 
@@ -84,7 +84,7 @@ def _place(result: ResultRecord, dt: float) -> Place:
     return Place(result.agent, dt * _numbers(metrics.steps), _numbers(metrics.unsmooth), succeeds)
 
 
-def _numbers(metric: MetricRecord) -> FloatArray:
+def _numbers(metric: MetricRecord) -> Floats:
     return np.array([metric.mean, metric.low, metric.high], np.float64)
 
 
@@ -124,7 +124,7 @@ def _mark(agent: str, look: Look, *, filled: bool) -> Line2D:
     )  # fmt: skip
 
 
-def non_dominated(points: FloatArray) -> NDArray[np.bool_]:
+def non_dominated(points: Floats) -> NDArray[np.bool_]:
     """Return which of the points [n, k] no other one is at most equal to in all coordinates and below in one, [n]."""
     no_worse = (points[:, None] <= points).all(axis=-1)
     better = (points[:, None] < points).any(axis=-1)

@@ -15,7 +15,8 @@ from hhrl_bench.analysis.records import AnalysisRecord, PlaneRecord, named
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.figures import style as fig
 from hhrl_bench.figures.style import OPTION_COLOURS, OPTION_NAMES, outline, symbol
-from hhrl_envs import get_scenario
+from hhrl_envs import SUB_GOALS, get_scenario
+from hhrl_envs.arrays import Floats
 from hhrl_envs.observation import SIZE
 
 _COLUMNS = 6
@@ -25,8 +26,8 @@ _TALL = 3.7  # inches; a row of maps
 def draw_plane(record: AnalysisRecord) -> Figure:
     """Return the figure; without options or attention their maps are left out.
 
-    The attention is drawn for the first option, then how much the other option changes it: that is little, and would
-    not be seen side by side.
+    The attention is drawn for the first option, then how much each other option changes it: that is little, and
+    would not be seen side by side.
     """
     plane = record.plane
     weights = {name: np.array([*grids.values()]) for name, grids in (plane.attention or {}).items()}
@@ -35,7 +36,7 @@ def draw_plane(record: AnalysisRecord) -> Figure:
     figure = fig.new_figure(width, 0.5 + _TALL * (1 + len(weights)), named(record), speeds)
     parts = figure.subfigures(1 + len(weights), 1, squeeze=False)[:, 0]
     _draw_policy(parts[0], record)
-    base: NDArray[np.float64] | None = None
+    base: Floats | None = None
     for part, (name, grids) in zip(parts[1:], weights.items(), strict=True):
         if base is None:
             base = grids
@@ -53,11 +54,13 @@ def _draw_policy(part: SubFigure, record: AnalysisRecord) -> None:
     axes = part.subplots(1, 2 if plane.option else 1, squeeze=False)[0]
     if plane.option:
         codes = np.array([[OPTIONS[name] for name in row] for row in plane.option])
-        _map(axes[0], plane, codes, ListedColormap([*OPTION_COLOURS.values()]), BoundaryNorm([-0.5, 0.5, 1.5], 2))
+        edges = (np.arange(len(SUB_GOALS) + 1) - 0.5).tolist()
+        norm = BoundaryNorm(edges, len(SUB_GOALS))
+        _map(axes[0], plane, codes, ListedColormap([*OPTION_COLOURS.values()]), norm)
         axes[0].set_title("selected option")
-        fig.legend(axes[0], [("SSL", OPTION_COLOURS["stop"]), ("FFV", OPTION_COLOURS["follow"])])
-    edges = np.arange(len(record.levels) + 1) - 0.5
-    image = _map(axes[-1], plane, np.array(plane.action), "RdYlBu", BoundaryNorm(edges.tolist(), 256))
+        fig.legend(axes[0], [(goal.spelling, OPTION_COLOURS[goal.name]) for goal in SUB_GOALS])
+    edges = (np.arange(len(record.levels) + 1) - 0.5).tolist()
+    image = _map(axes[-1], plane, np.array(plane.action), "RdYlBu", BoundaryNorm(edges, 256))
     axes[-1].set_title("selected action")
     bar = part.colorbar(image, ax=axes[-1], ticks=range(len(record.levels)), label="target acceleration [m/s$^2$]")
     bar.ax.set_yticklabels([fig.number(level) for level in record.levels])
@@ -77,7 +80,7 @@ def _mark_line(axes: Axes, plane: PlaneRecord, length: float) -> Line2D:
 
 
 def _draw_attention(
-    part: SubFigure, plane: PlaneRecord, grids: NDArray[np.float64], norm: Normalize, colours: str, label: str
+    part: SubFigure, plane: PlaneRecord, grids: Floats, norm: Normalize, colours: str, label: str
 ) -> None:
     axes = part.subplots(2, _COLUMNS, sharex=True, sharey=True)
     for index, one in enumerate(axes.flat[:SIZE]):

@@ -27,9 +27,10 @@ from PIL import Image
 from hhrl_agents.atomic_files import require_writable, write_atomically
 from hhrl_bench.analysis.records import LevelName, TermName
 from hhrl_bench.schema import OptionName
-from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, FloatArray, bootstrap_band
+from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, bootstrap_band
 from hhrl_bench.text import file_name
 from hhrl_bench.training.learning_curves import THRESHOLD
+from hhrl_envs.arrays import Floats
 from hhrl_envs.observation import SYMBOLS
 
 # Okabe and Ito's palette, distinguishable with every kind of colour vision, and greys
@@ -249,7 +250,7 @@ _LETTER, _HANDLE = 0.07, 0.65  # inches in a legend
 AT_THRESHOLD = Line(f"{THRESHOLD:.0%}", INK, ":")
 
 
-def draw_curves(axes: Axes, env_steps: FloatArray, curves: FloatArray, line: Line) -> None:
+def draw_curves(axes: Axes, env_steps: Floats, curves: Floats, line: Line) -> None:
     """Return nothing; draw the mean of curves [seeds, reports] over env steps, with its 95% band."""
     band, thousands = bootstrap_band(curves, np.random.default_rng(BOOTSTRAP_SEED)), env_steps / 1000
     axes.plot(thousands, band.mean, color=line.colour, linestyle=line.dashes)

@@ -21,11 +21,11 @@ from hhrl_bench.figures.style import (
     outline,
     rate_axes,
 )
-from hhrl_bench.statistics.intervals import FloatArray
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.text import NONE
 from hhrl_bench.transfer.records import TransferRecord
 from hhrl_bench.transfer.transfer import ArmName
+from hhrl_envs.arrays import Floats
 
 
 class Map(NamedTuple):
@@ -70,7 +70,7 @@ def draw_transfer_matrix(rows: Sequence[TransferRecord]) -> Figure:
     return figure
 
 
-def _values(one: Map, rows: Sequence[TransferRecord], sources: list[str], targets: list[str]) -> FloatArray:
+def _values(one: Map, rows: Sequence[TransferRecord], sources: list[str], targets: list[str]) -> Floats:
     """Return the numbers of a map [sources, targets], NaN where there is none."""
     values = np.full((len(sources), len(targets)), np.nan)
     for row in rows:
@@ -80,7 +80,7 @@ def _values(one: Map, rows: Sequence[TransferRecord], sources: list[str], target
     return values
 
 
-def _draw_map(axes: Axes, one: Map, values: FloatArray) -> None:
+def _draw_map(axes: Axes, one: Map, values: Floats) -> None:
     axes.set_facecolor(fig.PALE)
     image = axes.imshow(values, cmap=one.colours, norm=one.norm, aspect="auto")
     for (y, x), value in np.ndenumerate(values):

@@ -14,14 +14,15 @@ from pydantic import model_validator
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.schema import Finite, Name, Positive, Rate, Record, finite
-from hhrl_bench.statistics.intervals import CONFIDENCE, RESAMPLES, FloatArray, IntervalKind, bootstrap_mean
+from hhrl_bench.statistics.intervals import CONFIDENCE, RESAMPLES, IntervalKind, bootstrap_mean
+from hhrl_envs.arrays import Floats
 
 
 class Runs(NamedTuple):
     """An agent, and a metric of each of its runs in every world, [N] each; episode i is the same world in all."""
 
     agent: str
-    values: Sequence[FloatArray]
+    values: Sequence[Floats]
 
 
 class DifferenceRecord(Record):
@@ -96,7 +97,7 @@ def against(reference: str, comparisons: Iterable[PairwiseRecord]) -> list[Pairw
     return [one for one in turned if one.other == reference]
 
 
-def shares_more(x: FloatArray, y: FloatArray) -> FloatArray:
+def shares_more(x: Floats, y: Floats) -> Floats:
     """Return 1 where x > y, 1/2 where they are equal, else 0, for all pairs of x [n] and y [m], [n, m].
 
     The mean is the Mann-Whitney statistic over n m, the probability of improvement of Agarwal et al. (2021), Deep
@@ -122,12 +123,12 @@ def _turned(one: PairwiseRecord) -> PairwiseRecord:
     )
 
 
-def _over_worlds(differences: FloatArray, rng: np.random.Generator) -> DifferenceRecord:
+def _over_worlds(differences: Floats, rng: np.random.Generator) -> DifferenceRecord:
     mean, low, high, _, _, interval = bootstrap_mean(differences, rng, "bootstrap-episodes")
     return DifferenceRecord(**finite({"mean": mean, "low": low, "high": high}), interval=interval)
 
 
-def _over_runs(x: FloatArray, y: FloatArray, rng: np.random.Generator) -> DifferenceRecord:
+def _over_runs(x: Floats, y: Floats, rng: np.random.Generator) -> DifferenceRecord:
     mean = float(np.mean(x) - np.mean(y))
     if not np.isfinite(mean):
         return DifferenceRecord(mean=None, low=None, high=None, interval="none")
@@ -135,19 +136,19 @@ def _over_runs(x: FloatArray, y: FloatArray, rng: np.random.Generator) -> Differ
     return DifferenceRecord(mean=mean, low=low, high=high, interval="bootstrap-seeds")
 
 
-def _probability_more(x: FloatArray, y: FloatArray, rng: np.random.Generator) -> ProbabilityRecord:
+def _probability_more(x: Floats, y: Floats, rng: np.random.Generator) -> ProbabilityRecord:
     more = shares_more(x, y)
     resampled = np.einsum("rn,nm,rm->r", _weights(len(x), rng), more, _weights(len(y), rng), optimize=True)
     low, high = _bounds(np.clip(resampled, 0.0, 1.0))
     return ProbabilityRecord(mean=float(np.mean(more)), low=low, high=high)
 
 
-def _weights(n: int, rng: np.random.Generator) -> FloatArray:
+def _weights(n: int, rng: np.random.Generator) -> Floats:
     """Return how much each of n runs counts in every resample, [RESAMPLES, n]; each adds up to 1."""
     return rng.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES) / n
 
 
-def _bounds(resampled: FloatArray) -> tuple[float, float]:
+def _bounds(resampled: Floats) -> tuple[float, float]:
     tail = (1.0 - CONFIDENCE) / 2
     low, high = np.quantile(resampled, (tail, 1.0 - tail))
     return float(low), float(high)

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Statistics: estimates with bootstrap and Wilson intervals, and medians of times that are censored at a budget."""

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hhrl_bench.statistics.intervals import CONFIDENCE, RESAMPLES, FloatArray
+from hhrl_bench.statistics.intervals import CONFIDENCE, RESAMPLES
+from hhrl_envs.arrays import Floats
 
 
 class Bounded(NamedTuple):
@@ -22,7 +23,7 @@ class Bounded(NamedTuple):
     high: float
 
 
-def median(times: FloatArray, budget: float, rng: np.random.Generator) -> Bounded:
+def median(times: Floats, budget: float, rng: np.random.Generator) -> Bounded:
     """Return the median of ``times`` [n] censored at ``budget``; a percentile bootstrap, so none where n is 1."""
     at_least, at_most = _medians(times, budget)
     if len(times) < 2:
@@ -30,7 +31,7 @@ def median(times: FloatArray, budget: float, rng: np.random.Generator) -> Bounde
     return Bounded(float(at_least), float(at_most), *_interval(*_medians(_resampled(times, rng), budget)))
 
 
-def ratio_of_medians(a: FloatArray, b: FloatArray, budget: float, rng: np.random.Generator) -> Bounded:
+def ratio_of_medians(a: Floats, b: Floats, budget: float, rng: np.random.Generator) -> Bounded:
     """Return the median of times ``a`` [n] over that of ``b`` [m], both censored at ``budget``.
 
     The interval is a percentile bootstrap that resamples the two independently; where n or m is 1 there is none. A
@@ -43,28 +44,28 @@ def ratio_of_medians(a: FloatArray, b: FloatArray, budget: float, rng: np.random
     return Bounded(float(at_least), float(at_most), *_interval(*resampled))
 
 
-def _resampled(times: FloatArray, rng: np.random.Generator) -> FloatArray:
+def _resampled(times: Floats, rng: np.random.Generator) -> Floats:
     return times[rng.integers(len(times), size=(RESAMPLES, len(times)))]
 
 
-def _bounds(a: FloatArray, b: FloatArray, budget: float) -> tuple[FloatArray, FloatArray]:
+def _bounds(a: Floats, b: Floats, budget: float) -> tuple[Floats, Floats]:
     """Return the least and the greatest ratio of the medians of ``a`` [..., n] and ``b`` [..., m] that may be."""
     (least_a, most_a), (least_b, most_b) = _medians(a, budget), _medians(b, budget)
     return _over(least_a, most_b, otherwise=0.0), _over(most_a, least_b, otherwise=np.inf)
 
 
-def _medians(times: FloatArray, budget: float) -> tuple[FloatArray, FloatArray]:
+def _medians(times: Floats, budget: float) -> tuple[Floats, Floats]:
     """Return the least and the greatest median of ``times`` [..., n] that may be, [...] each."""
     return np.median(np.minimum(times, budget), axis=-1), np.median(times, axis=-1)
 
 
-def _interval(lows: FloatArray, highs: FloatArray) -> tuple[float, float]:
+def _interval(lows: Floats, highs: Floats) -> tuple[float, float]:
     tail = (1.0 - CONFIDENCE) / 2
     low, high = np.quantile(lows, tail, method="lower"), np.quantile(highs, 1.0 - tail, method="higher")
     return float(low), float(high)
 
 
-def _over(a: FloatArray, b: FloatArray, otherwise: float) -> FloatArray:
+def _over(a: Floats, b: Floats, otherwise: float) -> Floats:
     ratio = np.full(np.shape(a), otherwise)
     np.divide(a, b, out=ratio, where=b > 0.0)
     return ratio

@@ -4,7 +4,8 @@ import math
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hhrl_envs.arrays import Floats
 
 CONFIDENCE = 0.95
 BOOTSTRAP_SEED = 20200725
@@ -12,8 +13,6 @@ RESAMPLES = 9999
 DRAWS_AT_ONCE = 10**6
 
 IntervalKind = Literal["wilson-episodes", "bootstrap-episodes", "bootstrap-seeds", "none"]
-
-FloatArray = NDArray[np.float64]
 
 
 class Estimate(NamedTuple):
@@ -30,9 +29,9 @@ class Estimate(NamedTuple):
 class Band(NamedTuple):
     """A mean [T] with the bounds of its confidence interval [T] at every point; NaN: unknown."""
 
-    mean: FloatArray
-    low: FloatArray
-    high: FloatArray
+    mean: Floats
+    low: Floats
+    high: Floats
 
 
 def generator(key: str) -> np.random.Generator:
@@ -48,7 +47,7 @@ def wilson(successes: int, n: int) -> Estimate:
     return Estimate(successes / n, float(bounds.low), float(bounds.high), math.nan, n, "wilson-episodes")
 
 
-def bootstrap_mean(values: FloatArray, rng: np.random.Generator, kind: IntervalKind) -> Estimate:
+def bootstrap_mean(values: Floats, rng: np.random.Generator, kind: IntervalKind) -> Estimate:
     """Return the mean of ``values`` [n] with its percentile bootstrap interval, and their interquartile mean.
 
     The bounds are NaN, and the kind "none", where n = 1 or a value is NaN.
@@ -71,7 +70,7 @@ def bootstrap_mean(values: FloatArray, rng: np.random.Generator, kind: IntervalK
     return Estimate(mean, float(bounds.low), float(bounds.high), iqm, n, kind)
 
 
-def bootstrap_band(curves: FloatArray, rng: np.random.Generator) -> Band:
+def bootstrap_band(curves: Floats, rng: np.random.Generator) -> Band:
     """Return the mean of ``curves`` [n, T] with its percentile bootstrap interval at every point.
 
     Whole curves are resampled; where a value is NaN, its curve does not count at that point. The bounds are NaN where
@@ -91,7 +90,7 @@ def bootstrap_band(curves: FloatArray, rng: np.random.Generator) -> Band:
     return band
 
 
-def interquartile_mean(values: FloatArray) -> float:
+def interquartile_mean(values: Floats) -> float:
     """Return the mean of ``values`` [n] without the lowest and the highest quarter (Agarwal et al. 2021)."""
     from scipy.stats import trim_mean  # noqa: PLC0415
 

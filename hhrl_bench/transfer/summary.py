@@ -11,7 +11,7 @@ import numpy as np
 from hhrl_bench.errors import CurveError
 from hhrl_bench.schema import SCHEMA_VERSION
 from hhrl_bench.statistics.censored_times import ratio_of_medians
-from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE, FloatArray, bootstrap_mean
+from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE, bootstrap_mean
 from hhrl_bench.training.learning_curves import THRESHOLD, Curve, area, read_outcomes, time_to_threshold
 from hhrl_bench.transfer.metrics import asymptotic_gain, forward_transfer, jumpstart, transfer_ratio
 from hhrl_bench.transfer.records import (
@@ -24,6 +24,7 @@ from hhrl_bench.transfer.records import (
     TransferSetRecord,
 )
 from hhrl_bench.transfer.transfer import ARMS, CONTROL, ArmName, Transfer, sensible_arms
+from hhrl_envs.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +159,7 @@ def steps_to_threshold(curves: Sequence[Curve]) -> StepsRecord:
     return StepsRecord(per_seed=times, median=_finite(float(np.median(censored_times(curves)))), reached=reached)
 
 
-def censored_times(curves: Sequence[Curve]) -> FloatArray:
+def censored_times(curves: Sequence[Curve]) -> Floats:
     """Return every curve's time to threshold [n]; infinite: never reached."""
     times = (time_to_threshold(curve) for curve in curves)
     return np.array([inf if time is None else time for time in times], np.float64)

@@ -30,9 +30,9 @@ from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import Record
-from hhrl_bench.tasks.seeds import UInt64Array
 from hhrl_bench.tasks.tasks import SCRIPTED, Task, get_task
 from hhrl_envs import Option, get_scenario
+from hhrl_envs.arrays import Keys
 
 
 def played_task(record: TaskRecord) -> Task:
@@ -69,7 +69,7 @@ class CheckedResult:
         return played_task(self.task_record)
 
     @property
-    def seeds(self) -> UInt64Array:
+    def seeds(self) -> Keys:
         """The worlds that were played."""
         return self.task.test.take(self.task_record.episodes)
 
@@ -209,7 +209,7 @@ def _differ(place: str, published: Record | None, found: Record | None) -> Itera
     return differences(place, plain(published), plain(found))
 
 
-def replay(evidence: Sequence[Evidence], task: Task, seeds: UInt64Array) -> list[EpisodeRecords]:
+def replay(evidence: Sequence[Evidence], task: Task, seeds: Keys) -> list[EpisodeRecords]:
     """Return the records of each policy's episodes in the worlds ``seeds`` uint64 [N], run again from their traces.
 
     Raises:

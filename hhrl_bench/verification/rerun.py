@@ -17,12 +17,12 @@ from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.progress import Update, silent
-from hhrl_bench.tasks.seeds import RANGE_SIZE, SeedRange, UInt64Array
+from hhrl_bench.tasks.seeds import RANGE_SIZE, SeedRange
 from hhrl_bench.tasks.tasks import TEST
 from hhrl_bench.torch_threads import one_torch_thread
 from hhrl_bench.verification.checked_result import CheckedResult, checked_results
 from hhrl_envs import Outcome, get_scenario
-from hhrl_envs.arrays import Codes, Flags
+from hhrl_envs.arrays import Codes, Flags, Keys
 from hhrl_envs.errors import InputError
 
 SAME = 0.9
@@ -57,7 +57,7 @@ def _split(trace: Trace) -> Iterator[tuple[Codes, Codes]]:
     return zip(np.split(trace.options, ends), np.split(trace.actions, ends), strict=True)
 
 
-def run_again(checked: CheckedResult, run: RunRecord, seeds: UInt64Array) -> ScoredEpisodes:
+def run_again(checked: CheckedResult, run: RunRecord, seeds: Keys) -> ScoredEpisodes:
     """Return what a run's agent does in these worlds."""
     result, task = checked.result, checked.task
     agent: str | Path = checked.store.checkpoint(run.checkpoint_sha256) if run.checkpoint_sha256 else result.agent

@@ -9,7 +9,7 @@ from scipy.stats import bootstrap, mannwhitneyu
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare
-from hhrl_bench.statistics.intervals import FloatArray
+from hhrl_envs.arrays import Floats
 
 
 def pair(a: list[list[float]], b: list[list[float]], seed: int = 0) -> PairwiseRecord:
@@ -70,7 +70,7 @@ def test_the_interval_is_scipys_two_sample_bootstrap() -> None:
     rng = np.random.default_rng(5)
     x, y = rng.normal(1.0, 1.0, 12), rng.normal(0.0, 2.0, 15)
 
-    def difference(one: FloatArray, other: FloatArray, axis: int = -1) -> FloatArray:
+    def difference(one: Floats, other: Floats, axis: int = -1) -> Floats:
         return np.asarray(np.mean(one, axis) - np.mean(other, axis))
 
     wanted = bootstrap((x, y), difference, method="percentile", rng=rng).confidence_interval
