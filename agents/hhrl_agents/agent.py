@@ -23,9 +23,9 @@ class Agent(Protocol):
     """A behaviour policy for a batch of independent rows."""
 
     def reset(self, mask: Flags) -> None:
-        """Return nothing; forget what is remembered of the rows that start a new episode (mask, bool [B]).
+        """Forget what is remembered of the rows that start a new episode (mask, bool [B]).
 
-        Called with an all-true mask before the first `act`; a change of B is announced the same way.
+        The caller resets all rows before the first `act`, and when B changes.
         """
 
     def act(self, observations: Floats32) -> Decision:
@@ -40,5 +40,8 @@ class HierarchicalAgent(Agent, Protocol):
         """Return the actions, int64 [B], that pursue `option`, int64 [B], at `observations`, float32 [B, 11]."""
 
 
-OPTION, ACTION = range(2)
+LEVELS = ("option", "action")
 """The levels of the hierarchy; a flat learner has the action level alone."""
+
+OPTION, ACTION = range(len(LEVELS))
+"""The places of the levels in arrays with an axis of levels."""

@@ -11,7 +11,7 @@ class OutputError(InputError):
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Return nothing; write ``content`` to a temporary name in the same folder, then put it in the place of ``path``.
+    """Write ``content`` to a temporary name in the same folder, then put it in the place of ``path``.
 
     Raises:
         OutputError: if it cannot be written; what stood at ``path`` is then still there.
@@ -26,7 +26,7 @@ def write_atomically(path: Path, content: str | bytes) -> None:
 
 
 def require_writable(path: Path) -> None:
-    """Return nothing; make the folder of ``path`` and try that a file can be written there.
+    """Make the folder of ``path`` and check that a file can be written there.
 
     Raises:
         OutputError: if it cannot, or ``path`` is something other than a file.

@@ -1,4 +1,4 @@
-"""Random streams of one seed: each purpose has its own, and none depends on which seeds are trained beside it."""
+"""The random generators of a seed: one for each purpose, whatever seeds are trained beside it."""
 
 from collections.abc import Sequence
 from enum import IntEnum
@@ -39,7 +39,7 @@ def save_streams(streams: Sequence[np.random.Generator]) -> State:
 
 
 def restore_streams(streams: Sequence[np.random.Generator], state: State) -> None:
-    """Return nothing; put the generators where `save_streams` has found them."""
+    """Put the generators where `save_streams` has found them."""
     for stream, words in zip(streams, read(state, "streams", np.zeros((len(streams), 6), np.uint64)), strict=True):
         high, low, inc_high, inc_low, has_uint32, uinteger = words.tolist()
         stream.bit_generator.state = {

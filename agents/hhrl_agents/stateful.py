@@ -1,4 +1,4 @@
-"""Saving a learner: every part of it owns its state, and the learner's is all of theirs."""
+"""The state of what consists of parts: every part owns its state, and the whole's is all of theirs."""
 
 from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
@@ -14,7 +14,7 @@ class Stateful(Protocol):
         """Return all that the part remembers."""
 
     def restore(self, state: State) -> None:
-        """Return nothing; take up what `state` has returned for a part of the same making."""
+        """Take up what `state` has returned for a part made with the same arguments."""
 
 
 def gather(parts: Mapping[str, Stateful]) -> State:
@@ -23,7 +23,7 @@ def gather(parts: Mapping[str, Stateful]) -> State:
 
 
 def scatter(parts: Mapping[str, Stateful], state: State) -> None:
-    """Return nothing; restore every part from what `gather` has returned."""
+    """Restore every part from what `gather` has returned."""
     for part, stateful in parts.items():
         stateful.restore(below(state, part))
 

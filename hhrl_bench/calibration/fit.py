@@ -16,8 +16,8 @@ from hhrl_bench.calibration import space
 from hhrl_bench.calibration.target import COLUMNS, ROWS, objective
 from hhrl_bench.evaluation.episodes import Totals
 from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.rollout import Rollout
-from hhrl_bench.progress import Update, silent
 from hhrl_bench.tasks.tasks import VALIDATION
 from hhrl_envs import InputError, Scenario
 from hhrl_envs.arrays import Flags, Floats, Keys

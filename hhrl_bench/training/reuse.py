@@ -12,7 +12,7 @@ from hhrl_envs import Scenario
 
 if TYPE_CHECKING:
     from hhrl_agents.policies.learned_agent import LearnedAgent
-    from hhrl_agents.training.start import Start
+    from hhrl_agents.training.learner import Start
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Reuse:
 
     def start(self, method: Method, seeds: Sequence[int]) -> "Start":
         """Return what a training of ``method`` begins with."""
-        from hhrl_agents.training.start import Start  # noqa: PLC0415
+        from hhrl_agents.training.learner import Start  # noqa: PLC0415
 
         levels = [level for level in self.levels if level in method.levels]
         prefixes = tuple(f"{level}." for level in levels)

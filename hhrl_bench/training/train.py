@@ -11,21 +11,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.make import make_learner, require_device
 from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.learned_agent import LearnedAgent
-from hhrl_agents.training.learner import Progress
-from hhrl_agents.training.start import NOTHING
+from hhrl_agents.training.learner import NOTHING, Progress, make_learner, require_device
 from hhrl_bench.errors import AgentError
-from hhrl_bench.evaluation.evaluate import play, training_drivers
+from hhrl_bench.evaluation.evaluate import one_torch_thread, play, training_drivers
 from hhrl_bench.evaluation.metrics import means, watched
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.seeds import UInt64Array, format_seeds
 from hhrl_bench.tasks.tasks import Task
-from hhrl_bench.torch_threads import one_torch_thread
 from hhrl_bench.training.reuse import Reuse
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState

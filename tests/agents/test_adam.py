@@ -3,7 +3,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from hhrl_agents.networks.adam import TINY, TINY_EVERY, Adam
+from hhrl_agents.networks.parameters import TINY, TINY_EVERY, Adam
 
 PARTS = (slice(0, 5), slice(5, 12))
 SEEDS, SIZE = 3, 12

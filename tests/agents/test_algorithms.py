@@ -8,12 +8,12 @@ from torch import Tensor
 
 from hhrl_agents import METHODS
 from hhrl_agents.agent import ACTION, OPTION
-from hhrl_agents.algorithms.td_errors import Algorithm, DoubleDQN, HierarchicalDoubleDQN
+from hhrl_agents.algorithms.td_errors import Algorithm, make_algorithm
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import method_shapes
-from hhrl_agents.replay.buffer import Batch
+from hhrl_agents.replay.buffer import MiniBatch
 from hhrl_agents.seeding import Purpose, generators
-from hhrl_agents.training.exploration import GREEDY
+from hhrl_agents.training.exploration import GREEDY, level_choices
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs.observation import SIZE
 from support import plain_networks
@@ -52,8 +52,7 @@ class Subject:
         rng = np.random.default_rng(1)
         for flat in (self.stack.flat, self.stack.flat_target):
             flat.add_(torch.from_numpy(rng.normal(0.0, 0.2, tuple(flat.shape)).astype(np.float32)))
-        kind = HierarchicalDoubleDQN if method.hierarchical else DoubleDQN
-        self.algorithm: Algorithm = kind(method, scenario, self.stack)
+        self.algorithm: Algorithm = make_algorithm(method, scenario, self.stack, {})
 
     def leaves(self, level: str, e: int, *, target: bool = False) -> plain_networks.Leaves:
         return plain_networks.leaves(self.stack.both, e + target * len(SEEDS), f"{level}.")
@@ -65,12 +64,12 @@ class Subject:
         return plain_networks.action_values(leaves, s, torch.eye(2).double()[options], **self.config)
 
 
-def batch_of(rng: np.random.Generator, size: int = SIZE) -> Batch:
+def batch_of(rng: np.random.Generator, size: int = SIZE) -> MiniBatch:
     def normal(features: int) -> Tensor:
         return torch.from_numpy(rng.normal(size=(len(SEEDS), features, SIZE_K)).astype(np.float32))
 
     shape = (len(SEEDS), 1, SIZE_K)
-    return Batch(
+    return MiniBatch(
         observations=normal(size),
         options=torch.from_numpy(rng.integers(0, 2, shape)),
         actions=torch.from_numpy(rng.integers(0, MAIN.num_actions, shape)),
@@ -81,7 +80,7 @@ def batch_of(rng: np.random.Generator, size: int = SIZE) -> Batch:
     )
 
 
-def expected_errors(subject: Subject, batch: Batch, e: int) -> list[tuple[Tensor, plain_networks.Leaves]]:
+def expected_errors(subject: Subject, batch: MiniBatch, e: int) -> list[tuple[Tensor, plain_networks.Leaves]]:
     """The errors Y - Q of each level, [K], written out sample by sample, and the leaves that Q depends on.
 
     Advantage learning takes alpha (max Q' - Q') of the target network at the states themselves off Y.
@@ -167,7 +166,7 @@ def test_a_masked_option_is_neither_chosen_nor_bootstrapped_from() -> None:
     observations = batch.observations.transpose(1, 2).numpy()
     options, _ = subject.algorithm.choose(observations, (greedy, greedy))
     assert not options.any()
-    assert list(subject.algorithm.choices[OPTION]) == [0]
+    assert list(level_choices(ALONE)["option"]) == [0]
     option, _ = subject.algorithm.td_errors(batch)
     for e in range(len(SEEDS)):
         online, target = subject.leaves("option", e), subject.leaves("option", e, target=True)
@@ -181,7 +180,7 @@ def test_a_masked_option_is_neither_chosen_nor_bootstrapped_from() -> None:
 def test_greedy_choices_have_the_highest_values_and_tried_ones_are_kept() -> None:
     subject, rng = Subject("hybrid-hrl"), np.random.default_rng(0)
     observations = rng.normal(size=(len(SEEDS), SIZE_K, SIZE)).astype(np.float32)
-    tried = [rng.integers(GREEDY, len(choices), (len(SEEDS), SIZE_K)) for choices in subject.algorithm.choices]
+    tried = [rng.integers(GREEDY, len(choices), (len(SEEDS), SIZE_K)) for choices in level_choices(MAIN).values()]
     options, actions = subject.algorithm.choose(observations, tried)
     for e in range(len(SEEDS)):
         s = torch.from_numpy(observations[e]).double()

@@ -15,8 +15,9 @@ from hhrl_agents.atomic_files import OutputError
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.policies import checkpoints
-from hhrl_agents.policies.checkpoints import CheckpointError, frozen_parameters
-from hhrl_agents.policies.learned_agent import LearnedAgent, describe, make_agent
+from hhrl_agents.policies.checkpoint_file import CheckpointError
+from hhrl_agents.policies.checkpoints import frozen_parameters
+from hhrl_agents.policies.learned_agent import LearnedAgent, agent_metadata, make_agent
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs import get_scenario
 from hhrl_envs.observation import SIZE
@@ -28,7 +29,7 @@ def agent_of(name: str, seed: int = 4) -> LearnedAgent:
     method, streams = METHODS[name], generators([seed], Purpose.INITIALISATION)
     stack = ParameterStack(method_shapes(method, MAIN.num_actions), streams, torch.device("cpu"))
     parameters = stack.snapshot(0) | frozen_parameters(method)
-    return make_agent(method, MAIN, parameters, describe(method, MAIN, seed, 1_000))
+    return make_agent(method, MAIN, parameters, agent_metadata(method, MAIN, seed, 1_000))
 
 
 @pytest.fixture

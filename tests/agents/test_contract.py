@@ -8,10 +8,9 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.make import make_learner
 from hhrl_agents.methods.method import Method
-from hhrl_agents.policies import checkpoints
-from hhrl_agents.training.learner import TrainableStack
+from hhrl_agents.policies import checkpoint_file, checkpoints
+from hhrl_agents.training.learner import Learner, make_learner
 from hhrl_envs import Scenario, Simulator, get_scenario
 from support.configs import small_methods
 
@@ -35,7 +34,7 @@ def scenario_of(name: str) -> Scenario:
     return get_scenario("follow-v0" if name == "follow-only" else "stop-line-v0")
 
 
-def trained(name: str) -> TrainableStack:
+def trained(name: str) -> Learner:
     method, worlds = SMALL_METHODS[name], np.arange(8, dtype=np.uint64).reshape(2, 4)
     learner = make_learner(method, scenario_of(name), (3, 5), worlds)
     losses = {"policy", "value"} if method.algorithm == "ppo" else set(method.levels)
@@ -55,7 +54,7 @@ def test_a_method_trains_and_its_checkpoint_is_the_agent(
         assert all(torch.equal(value, same.parameters[key]) for key, value in policy.parameters.items())
     agent, path = learner.policies()[1], tmp_path / "seed-5.safetensors"
     checkpoints.save(path, agent)
-    monkeypatch.setattr(checkpoints, "SHIPPED", tmp_path / "nowhere")
+    monkeypatch.setattr(checkpoint_file, "SHIPPED", tmp_path / "nowhere")
     loaded = checkpoints.load(path)
     assert loaded.method == agent.method == SMALL_METHODS[name]
     simulator = Simulator(agent.scenario, 9)

@@ -7,8 +7,7 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.double_dqn import Learner
-from hhrl_agents.training.learner import beyond_bound
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner, beyond_bound
 from hhrl_envs import get_scenario
 
 SCENARIO = get_scenario("stop-line-v0")
@@ -31,7 +30,7 @@ def test_advantage_learning_reaches_further(alpha: float) -> None:
     """With a share alpha of the shortfall taken off, values reach (1 + alpha) / (1 - alpha) times as far."""
     values = {"hidden": (8,), "n_envs": 4, "batch_size": 8, "replay_capacity": 400, "warmup": 40, "report_every": 80}
     config = replace(METHODS["ddqn"].config, **values, advantage_learning=alpha)
-    learner = Learner(
+    learner = DoubleDQNLearner(
         replace(METHODS["ddqn"], config=config), SCENARIO, (3, 5), np.arange(8, dtype=np.uint64).reshape(2, 4)
     )
     next(learner.train(80))

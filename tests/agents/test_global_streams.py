@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from hhrl_agents.algorithms.ppo_seed import GlobalStreams
+from hhrl_agents.algorithms.ppo import GlobalStreams
 
 
 def draw(streams: GlobalStreams) -> tuple[float, float]:

@@ -8,12 +8,13 @@ import torch
 from numpy.typing import NDArray
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.double_dqn import Learner, linear
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
+from hhrl_agents.methods.configs import linear_schedule
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.learned_agent import LearnedAgent
 from hhrl_agents.policies.observation_memory import Traces
-from hhrl_agents.replay.buffer import Batch
-from hhrl_agents.training.environments import level_rewards
+from hhrl_agents.replay.buffer import MiniBatch
+from hhrl_agents.training.environments import learning_rewards
 from hhrl_agents.training.exploration import GREEDY
 from hhrl_agents.training.learner import Progress
 from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
@@ -40,24 +41,24 @@ def small(name: str, **values: Any) -> Method:
     return replace(method, config=replace(method.config, **{**SMALL, **values}))
 
 
-def learner_of(method: Method, seeds: Sequence[int] = (3, 5), scenario: Scenario = MAIN) -> Learner:
+def learner_of(method: Method, seeds: Sequence[int] = (3, 5), scenario: Scenario = MAIN) -> DoubleDQNLearner:
     n_envs = method.config.n_envs
     worlds = np.array(seeds)[:, None] * n_envs + np.arange(n_envs)
-    return Learner(method, scenario, seeds, worlds.astype(np.uint64))
+    return DoubleDQNLearner(method, scenario, seeds, worlds.astype(np.uint64))
 
 
-def trained(method: Method, seeds: Sequence[int] = (3, 5), steps: int = 400) -> tuple[Learner, list[Progress]]:
+def trained(method: Method, seeds: Sequence[int] = (3, 5), steps: int = 400) -> tuple[DoubleDQNLearner, list[Progress]]:
     learner = learner_of(method, seeds)
     return learner, list(learner.train(steps))
 
 
-def stored(learner: Learner, count: int) -> Batch:
+def stored(learner: DoubleDQNLearner, count: int) -> MiniBatch:
     """The first `count` transitions of every seed."""
     indices = np.tile(np.arange(count), (len(learner.seeds), 1))
     return learner._replay.gather(indices)
 
 
-def joined_steps(learner: Learner, steps: int) -> int:
+def joined_steps(learner: DoubleDQNLearner, steps: int) -> int:
     """How many multi-step transitions every environment has after so many steps."""
     return steps - int(learner.method.config.n_steps) + 1
 
@@ -92,14 +93,14 @@ class Played(NamedTuple):
 def level_rewards_of(method: Method, simulator: Simulator, options: NDArray[np.int64]) -> NDArray[np.float64]:
     """The rewards of both levels, [n, 2]; those without hybrid reward written out."""
     if method.hybrid_reward:
-        return level_rewards(method, simulator.of_agent(0), options)
+        return learning_rewards(method, simulator.of_agent(0), options)
     task = simulator.rewards - (1.0 - method.config.jerk_weight) * simulator.terms[:, UNSMOOTH]
     task = task - simulator.terms[:, TIMEOUT] if method.config.timeout == "truncation" else task
     rewards: NDArray[np.float64] = np.stack((task, task), axis=1) * method.config.reward_scale
     return rewards
 
 
-def replayed(learner: Learner, index: int, batch: Batch) -> list[Played]:
+def replayed(learner: DoubleDQNLearner, index: int, batch: MiniBatch) -> list[Played]:
     """Every step of a seed's worlds, driven as the stored transitions say."""
     method, played = learner.method, list[Played]()
     simulator, memory = Simulator(learner.scenario, N_ENVS), Traces(method.config.memory)
@@ -351,11 +352,11 @@ def test_policies_say_where_they_come_from() -> None:
 
 def test_worlds_must_be_one_for_each_environment() -> None:
     with pytest.raises(InputError, match=r"write \(1, 4\)"):
-        Learner(small("ddqn"), MAIN, [0], np.arange(5, dtype=np.uint64)[None])
+        DoubleDQNLearner(small("ddqn"), MAIN, [0], np.arange(5, dtype=np.uint64)[None])
 
 
 def test_linear_goes_from_start_to_end_and_stays() -> None:
-    assert [linear(1.0, 0.2, share) for share in (0.0, 0.5, 1.0, 3.0)] == pytest.approx([1.0, 0.6, 0.2, 0.2])
+    assert [linear_schedule(1.0, 0.2, share) for share in (0.0, 0.5, 1.0, 3.0)] == pytest.approx([1.0, 0.6, 0.2, 0.2])
 
 
 @pytest.mark.parametrize("name", ["ddqn", "hybrid-hrl"])

@@ -7,7 +7,7 @@ import pytest
 from hhrl_agents import METHODS
 from hhrl_agents.agent import ACTION, OPTION
 from hhrl_agents.methods.method import Method
-from hhrl_agents.training.environments import discounts, level_rewards
+from hhrl_agents.training.environments import discounts, learning_rewards
 from hhrl_envs import Outcome, Simulator, get_scenario
 from hhrl_envs.simulation.rewards import COLLISION, NOT_STOP, SUCCESS, TIME, TIMEOUT, UNSAFE_FFV, UNSAFE_SSL, UNSMOOTH
 from support.driving import careful_actions
@@ -42,7 +42,7 @@ def simulator() -> Simulator:
 @pytest.mark.parametrize("timeout", ["truncation", "terminal"])
 def test_without_hybrid_reward_both_levels_get_the_task_s(simulator: Simulator, timeout: Timeout) -> None:
     method = with_timeout("hrl-0", timeout)
-    rewards = level_rewards(method, simulator.of_agent(0), np.zeros(ROWS, np.int64)) / method.config.reward_scale
+    rewards = learning_rewards(method, simulator.of_agent(0), np.zeros(ROWS, np.int64)) / method.config.reward_scale
     left_out = simulator.terms[:, TIMEOUT] if timeout == "truncation" else 0.0
     for level in (OPTION, ACTION):
         np.testing.assert_allclose(rewards[:, level], simulator.rewards - left_out, atol=1e-9)
@@ -52,7 +52,7 @@ def test_without_hybrid_reward_both_levels_get_the_task_s(simulator: Simulator, 
 def test_hybrid_rewards_are_the_selected_option_s_and_add_up(simulator: Simulator, timeout: Timeout) -> None:
     method = with_timeout("hybrid-hrl", timeout)
     options = np.random.default_rng(1).integers(0, 2, ROWS)
-    rewards = level_rewards(method, simulator.of_agent(0), options) / method.config.reward_scale
+    rewards = learning_rewards(method, simulator.of_agent(0), options) / method.config.reward_scale
     left_out = simulator.terms[:, TIMEOUT] if timeout == "truncation" else np.zeros(ROWS)
     for row in range(ROWS):
         assert rewards[row, OPTION] == pytest.approx(simulator.reward_option[row, options[row]] - left_out[row])
@@ -79,7 +79,9 @@ def test_unsmoothness_counts_for_its_weight_where_it_is_charged(
     smooth = replace(method, config=replace(method.config, jerk_weight=weight))
     options, unsmooth = np.random.default_rng(1).integers(0, 2, ROWS), simulator.terms[:, UNSMOOTH]
     assert unsmooth.any()
-    full, weighed = (level_rewards(m, simulator.of_agent(0), options) / m.config.reward_scale for m in (method, smooth))
+    full, weighed = (
+        learning_rewards(m, simulator.of_agent(0), options) / m.config.reward_scale for m in (method, smooth)
+    )
     for level in (OPTION, ACTION):
         left_out = (1.0 - weight) * unsmooth if level in levels else 0.0
         np.testing.assert_allclose(weighed[:, level], full[:, level] - left_out, atol=1e-9)
@@ -106,7 +108,7 @@ def test_algorithm_2_blames_the_option_for_the_selected_sub_goal(weight: float) 
         played.reset_done()
         played.step(np.where(rows % 2, MAIN.num_actions - 1, careful_actions(played)))
         options, terms = rng.integers(0, 2, ROWS), played.terms
-        rewards = level_rewards(method, played.of_agent(0), options) / method.config.reward_scale
+        rewards = learning_rewards(method, played.of_agent(0), options) / method.config.reward_scale
         common = terms[:, [TIME, TIMEOUT, SUCCESS]].sum(axis=1)
         faults = np.stack((terms[:, UNSAFE_SSL] + terms[:, NOT_STOP], terms[:, UNSAFE_FFV] + terms[:, COLLISION]))
         np.testing.assert_allclose(rewards[:, OPTION], common + faults[options, rows], atol=1e-9)

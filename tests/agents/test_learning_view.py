@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from hhrl_agents.algorithms.ppo_seed import LearningView
+from hhrl_agents.algorithms.ppo import LearningView
 from hhrl_agents.methods.configs import PPOConfig
 from hhrl_envs import Outcome, Simulator, get_scenario
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH

@@ -7,7 +7,7 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from hhrl_agents.algorithms.level import LearnedLevel, double_q, shortfall
+from hhrl_agents.algorithms.td_errors import LearnedLevel, double_q, shortfall
 from hhrl_agents.networks.mlp import MLP, mlp_shapes
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import mask_penalty

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from hhrl_agents.networks.mlp import MLP, linear_backward, mlp_shapes
+from hhrl_agents.networks.mlp import MLP, affine_backward, mlp_shapes
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.seeding import Purpose, generators
 from support import plain_networks
@@ -57,8 +57,8 @@ def test_each_seed_s_columns_go_through_its_own_layers(layer_norm: bool) -> None
 def test_gradients_are_those_of_automatic_differentiation(layer_norm: bool, part: slice) -> None:
     stack, inputs, outputs_grad = stack_of(11, 16, 8, 3), columns(2, 11, 7), columns(2, 3, 7, seed=1)
     network = MLP(stack.online, layer_norm=layer_norm)
-    _, trace = network.trace(inputs)
-    first = network.backward(trace.columns(part), outputs_grad[..., part].contiguous(), stack.gradients)
+    _, kept = network.forward(inputs)
+    first = network.backward(kept.columns(part), outputs_grad[..., part].contiguous(), stack.gradients)
     for e in range(2):
         leaves = plain_networks.leaves(stack.online, e)
         outputs = plain_networks.mlp(leaves, plain_networks.rows(inputs, e), layer_norm=layer_norm)
@@ -72,6 +72,6 @@ def test_gradients_are_those_of_automatic_differentiation(layer_norm: bool, part
 def test_a_product_s_gradient_is_the_same_either_way_round(fan_in: int, fan_out: int) -> None:
     inputs, grad = columns(2, fan_in, 5), columns(2, fan_out, 5, seed=1)
     weight_grad, bias_grad = torch.zeros(2, fan_in, fan_out), torch.zeros(2, 1, fan_out)
-    linear_backward(inputs, grad, weight_grad, bias_grad)
+    affine_backward(inputs, grad, weight_grad, bias_grad)
     np.testing.assert_allclose(weight_grad, np.einsum("eik,eok->eio", inputs, grad), rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(bias_grad[:, 0], grad.sum(2), rtol=1e-5, atol=1e-6)

@@ -7,15 +7,14 @@ import torch
 
 from hhrl_agents import METHODS
 from hhrl_agents.methods.configs import DoubleDQNConfig
-from hhrl_agents.networks.mlp import MLP, Shapes, mlp_shapes
+from hhrl_agents.networks.attention import one_hot
+from hhrl_agents.networks.mlp import MLP, Shapes, mlp_shapes, subset
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import (
     ActionNetwork,
     frozen_shapes,
     mask_penalty,
     method_shapes,
-    one_hot,
-    subset,
 )
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs.observation import D_D, SIZE
@@ -82,8 +81,8 @@ def test_gradients_are_those_of_automatic_differentiation(attention: bool, confi
     stack, network = make(attention=attention, **config)
     states, options = batch(features=features_of(config))
     slope = torch.from_numpy(np.random.default_rng(2).normal(size=(len(SEEDS), 6, 9)).astype(np.float32))
-    _, trace = network.trace(states, options)
-    network.backward(trace.columns(part), slope[..., part].contiguous(), stack.gradients)
+    _, kept = network.forward(states, options)
+    network.backward(kept.columns(part), slope[..., part].contiguous(), stack.gradients)
     for e in range(len(SEEDS)):
         leaves = plain_networks.leaves(stack.online, e)
         values = plain_networks.action_values(

@@ -10,13 +10,12 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.make import make_learner
 from hhrl_agents.algorithms.ppo import PPOLearner
 from hhrl_agents.methods.configs import PPOConfig
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.learned_agent import LearnedAgent
-from hhrl_agents.training.learner import Progress
+from hhrl_agents.training.learner import Progress, make_learner
 from hhrl_envs import InputError, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs.observation import SIZE
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
@@ -98,7 +97,7 @@ def test_training_goes_on_where_it_ended_and_policies_stay() -> None:
     learner, _ = trained()
     before = learner.policies()
     kept = [{name: value.clone() for name, value in policy.parameters.items()} for policy in before]
-    assert [report.env_steps for report in learner.train(64)] == [320]
+    assert [report.env_steps for report in learner.train(320)] == [320]
     for policy, parameters, after in zip(before, kept, learner.policies(), strict=True):
         assert all(torch.equal(policy.parameters[name], value) for name, value in parameters.items())
         assert not same(policy, after)

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.pqn import PQNLearner, Step, Targets
+from hhrl_agents.algorithms.pqn import PQNLearner, RolloutStep, Targets
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.learned_agent import LearnedAgent
@@ -115,13 +115,13 @@ def test_a_rollout_s_targets_follow_the_recursion_of_q_lambda(memory: tuple[floa
 def test_time_limits_bootstrap_and_other_ends_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
     learner = learner_of(small())
     standing = np.flatnonzero(np.array(MAIN.vehicle.levels) < 0)[0]
-    monkeypatch.setattr(learner._explorer, "draw", lambda _: np.full((2, N_ENVS), standing))
+    monkeypatch.setattr(learner._explorers[0], "draw", lambda _: np.full((2, N_ENVS), standing))
     braked = [learner._interact(0.0) for _ in range(MAIN.horizon)]
     assert braked[-1].ended.any()
     assert (braked[-1].discounts == learner.method.config.gamma)[braked[-1].ended].all()
     assert (np.abs(braked[-1].rewards[braked[-1].ended]) < 1.0).all()
     fastest = int(np.argmax(MAIN.vehicle.levels))
-    monkeypatch.setattr(learner._explorer, "draw", lambda _: np.full((2, N_ENVS), fastest))
+    monkeypatch.setattr(learner._explorers[0], "draw", lambda _: np.full((2, N_ENVS), fastest))
     driven = [learner._interact(0.0) for _ in range(200)]
     ended = np.stack([step.ended for step in driven])
     assert ended.any()
@@ -193,7 +193,7 @@ def test_progress_counts_every_episode_once(monkeypatch: pytest.MonkeyPatch) -> 
     learner, ended = learner_of(small()), np.zeros(2, np.int64)
     interact = learner._interact
 
-    def counted(epsilon: float) -> Step:
+    def counted(epsilon: float) -> RolloutStep:
         step = interact(epsilon)
         ended[:] += step.ended.sum(1)
         return step

@@ -8,8 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from hhrl_agents import METHODS, RULES, Agent, Decision, HierarchicalAgent
-from hhrl_agents.algorithms.make import make_learner
 from hhrl_agents.policies.learned_agent import HierarchicalLearnedAgent
+from hhrl_agents.training.learner import make_learner
 from hhrl_envs import SCENARIOS, Scenario, Simulator, get_scenario
 from support.configs import with_values
 

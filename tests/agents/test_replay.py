@@ -2,7 +2,7 @@ import numpy as np
 import torch
 
 from hhrl_agents.agent import NO_ACTION
-from hhrl_agents.replay.buffer import Batch, ReplayBuffer, Transitions
+from hhrl_agents.replay.buffer import MiniBatch, ReplayBuffer, Transitions
 from hhrl_envs.observation import SIZE
 
 CPU = torch.device("cpu")
@@ -19,7 +19,7 @@ def step(rng: np.random.Generator, seeds: int, n: int) -> Transitions:
     )
 
 
-def assert_is(batch: Batch, k: int, steps: list[Transitions], seed: int, when: int, env: int) -> None:
+def assert_is(batch: MiniBatch, k: int, steps: list[Transitions], seed: int, when: int, env: int) -> None:
     """Column k of the batch is what `env` of `seed` did in step `when`."""
     then = steps[when]
     np.testing.assert_array_equal(batch.observations[seed, :, k], then.observations[seed, env])

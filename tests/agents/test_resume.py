@@ -9,13 +9,12 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from hhrl_agents import METHODS  # noqa: E402
-from hhrl_agents.algorithms.double_dqn import Learner  # noqa: E402
-from hhrl_agents.algorithms.make import make_learner  # noqa: E402
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner  # noqa: E402
 from hhrl_agents.methods.method import Method  # noqa: E402
 from hhrl_agents.policies import checkpoints  # noqa: E402
-from hhrl_agents.policies.checkpoints import SHIPPED  # noqa: E402
+from hhrl_agents.policies.checkpoint_file import SHIPPED  # noqa: E402
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers  # noqa: E402
-from hhrl_agents.training.learner import TrainableStack  # noqa: E402
+from hhrl_agents.training.learner import Learner, make_learner  # noqa: E402
 from hhrl_envs import InputError, get_scenario  # noqa: E402
 from hhrl_envs.state import State  # noqa: E402
 from support.configs import with_values  # noqa: E402
@@ -47,18 +46,18 @@ def drivers_of(scenario: str) -> Drivers:
     return Drivers((0, 1, 2, 3)) if scenario == "platoon-v0" else EGO_ALONE
 
 
-def stack_of(method: Method, scenario: str = "stop-line-v0") -> TrainableStack:
+def stack_of(method: Method, scenario: str = "stop-line-v0") -> Learner:
     worlds = np.arange(8, dtype=np.uint64).reshape(2, 4)
     return make_learner(method, get_scenario(scenario), (3, 5), worlds, drivers=drivers_of(scenario))
 
 
-def learner_of(method: Method) -> Learner:
+def learner_of(method: Method) -> DoubleDQNLearner:
     learner = stack_of(method)
-    assert isinstance(learner, Learner)
+    assert isinstance(learner, DoubleDQNLearner)
     return learner
 
 
-def state_of(learner: TrainableStack) -> State:
+def state_of(learner: Learner) -> State:
     state = learner.state()
     assert state is not None
     return state

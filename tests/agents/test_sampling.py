@@ -6,7 +6,8 @@ from scipy import stats
 
 from hhrl_agents import METHODS
 from hhrl_agents.methods.configs import DoubleDQNConfig
-from hhrl_agents.replay.samplers import SCALE_RATE, Draw, PrioritizedSampler, UniformSampler, make_sampler
+from hhrl_agents.replay.buffer import Draw, UniformSampler
+from hhrl_agents.replay.hierarchical import SCALE_RATE, HierarchicalSampler, PrioritisedSampler, make_sampler
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs.arrays import Floats, Ints
 
@@ -21,8 +22,9 @@ BOTH_KINDS = pytest.mark.parametrize(("levels", "trees"), [(1, 1), (2, 1), (2, 2
 
 def sampler(
     levels: int = 2, trees: int = 2, config: DoubleDQNConfig = CONFIG, seeds: tuple[int, ...] = SEEDS
-) -> PrioritizedSampler:
-    made = PrioritizedSampler(generators(seeds, Purpose.REPLAY), levels, trees, 60, config)
+) -> PrioritisedSampler:
+    kind = HierarchicalSampler if trees > 1 else PrioritisedSampler
+    made = kind(generators(seeds, Purpose.REPLAY), levels, 60, config)
     made.added(ALL[: len(seeds)])
     return made
 
@@ -33,13 +35,13 @@ def errors_of(rng: np.random.Generator, levels: int = 2) -> Floats:
     return errors
 
 
-def leaves(made: PrioritizedSampler, seeds: int = len(SEEDS)) -> Floats:
+def leaves(made: PrioritisedSampler, seeds: int = len(SEEDS)) -> Floats:
     """The priorities to the power of alpha, [trees, E, stored]."""
     indices = np.tile(np.arange(STORED), (len(made._trees.nodes), 1))
     return made._trees.priorities(indices).reshape(-1, seeds, STORED)
 
 
-def chances(made: PrioritizedSampler) -> Floats:
+def chances(made: PrioritisedSampler) -> Floats:
     held = leaves(made)
     shares: Floats = held / held.sum(-1, keepdims=True)
     return shares

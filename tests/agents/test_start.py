@@ -8,10 +8,9 @@ import pytest
 import torch
 from torch import Tensor
 
-from hhrl_agents.algorithms.double_dqn import Learner
-from hhrl_agents.algorithms.make import make_learner
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
 from hhrl_agents.methods.method import Method
-from hhrl_agents.training.start import NOTHING, Start
+from hhrl_agents.training.learner import NOTHING, Start, make_learner
 from hhrl_envs import InputError, get_scenario
 from support.configs import small_methods
 from support.small_training import CONFIG
@@ -22,10 +21,10 @@ METHODS = small_methods({**CONFIG, "report_every": 100})
 Parameters = list[dict[str, Tensor]]
 
 
-def learner_of(method: Method, start: Start = NOTHING) -> Learner:
+def learner_of(method: Method, start: Start = NOTHING) -> DoubleDQNLearner:
     worlds = np.arange(len(SEEDS) * method.config.n_envs, dtype=np.uint64).reshape(len(SEEDS), -1)
     learner = make_learner(method, TARGET, SEEDS, worlds, start=start)
-    assert isinstance(learner, Learner)
+    assert isinstance(learner, DoubleDQNLearner)
     return learner
 
 
@@ -36,7 +35,7 @@ def trained(method: Method, start: Start = NOTHING) -> Parameters:
     return parameters_of(learner)
 
 
-def parameters_of(learner: Learner) -> Parameters:
+def parameters_of(learner: DoubleDQNLearner) -> Parameters:
     return [policy.parameters for policy in learner.policies()]
 
 

@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.make import make_learner, require_device
 from hhrl_agents.training.drivers import Drivers
+from hhrl_agents.training.learner import make_learner, require_device
 from hhrl_envs import InputError, get_scenario
 
 
@@ -21,7 +21,7 @@ def test_a_device_that_is_not_there_is_refused_in_a_line(device: str) -> None:
 
 
 def test_ppo_stays_on_the_cpu(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hhrl_agents.algorithms.make.require_device", lambda _: None)
+    monkeypatch.setattr("hhrl_agents.training.learner.require_device", lambda _: None)
     worlds = np.arange(METHODS["ppo"].config.n_envs, dtype=np.uint64)[None]
     with pytest.raises(InputError, match="device is 'cuda'; write cpu"):
         make_learner(METHODS["ppo"], get_scenario("stop-line-v0"), (0,), worlds, device="cuda")

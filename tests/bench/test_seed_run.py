@@ -10,7 +10,7 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from hhrl_agents.algorithms.double_dqn import Learner  # noqa: E402
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner  # noqa: E402
 from hhrl_bench.training import train as training  # noqa: E402
 from hhrl_bench.training.train import find_fault  # noqa: E402
 from support.command_line import invoke  # noqa: E402
@@ -23,7 +23,7 @@ def small() -> Iterator[None]:
         yield
 
 
-class Sick(Learner):
+class Sick(DoubleDQNLearner):
     """A learner whose seed 2 is not finite after its second report begins."""
 
     def train(self, env_steps: int) -> Iterator[Any]:

@@ -11,10 +11,10 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from hhrl_agents.algorithms.make import make_learner  # noqa: E402
 from hhrl_agents.atomic_files import OutputError  # noqa: E402
 from hhrl_agents.methods.method import Method  # noqa: E402
 from hhrl_agents.policies.learned_agent import LearnedAgent  # noqa: E402
+from hhrl_agents.training.learner import make_learner  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
 from hhrl_bench.evaluation.evaluate import play as really_play  # noqa: E402
 from hhrl_bench.evaluation.loading import load_agents  # noqa: E402

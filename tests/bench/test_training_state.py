@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("torch")
 
-from hhrl_agents.algorithms.double_dqn import Learner
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
 from hhrl_agents.atomic_files import OutputError
 from hhrl_bench.training import saved_state
 from hhrl_bench.training import train as training
@@ -102,7 +102,7 @@ def test_a_process_killed_twice_and_resumed_writes_the_same_files(tmp_path: Path
 
 
 def test_a_learner_without_a_state_starts_again(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Learner, "state", lambda _: None)
+    monkeypatch.setattr(DoubleDQNLearner, "state", lambda _: None)
     stopped(tmp_path)
     list(training.train(plan(tmp_path), resume=True))
     assert contents(tmp_path) == contents(whole)

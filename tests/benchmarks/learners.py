@@ -13,7 +13,7 @@ from stable_baselines3 import DQN
 
 from benchmarks.systems import SCENARIO, System
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.double_dqn import Learner
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
 
 
 def learner(name: str, seeds: int = 1, hidden: int = 64, steps: int = 1_920) -> System:
@@ -21,7 +21,7 @@ def learner(name: str, seeds: int = 1, hidden: int = 64, steps: int = 1_920) -> 
     method = METHODS[name]
     config = replace(method.config, hidden=(hidden, hidden), warmup=method.config.n_envs * method.config.n_steps)
     worlds = np.arange(seeds * config.n_envs, dtype=np.uint64).reshape(seeds, -1)
-    trained = Learner(replace(method, config=config), SCENARIO, range(seeds), worlds)
+    trained = DoubleDQNLearner(replace(method, config=config), SCENARIO, range(seeds), worlds)
 
     def run() -> None:
         for _ in trained.train(trained.env_steps + steps):

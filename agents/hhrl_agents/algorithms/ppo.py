@@ -1,82 +1,218 @@
 """Proximal Policy Optimization by Stable-Baselines3: a control of the on-policy kind, made outside this package."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
 from math import ceil
-from typing import cast
+from typing import Any
 
+import gymnasium
 import numpy as np
-import numpy.typing as npt
 import stable_baselines3
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.vec_env import DummyVecEnv
+from torch import nn
 
-from hhrl_agents.algorithms.double_dqn import linear
-from hhrl_agents.algorithms.ppo_seed import LOSSES, PPOSeed
 from hhrl_agents.methods.configs import PPOConfig
 from hhrl_agents.methods.method import Method
-from hhrl_agents.policies.learned_agent import LearnedAgent, describe, make_agent
-from hhrl_agents.training.learner import Progress
-from hhrl_envs import Scenario
-from hhrl_envs.arrays import Floats
-from hhrl_envs.errors import InputError
-from hhrl_envs.state import State
+from hhrl_agents.networks.mlp import Parameters
+from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.training.drivers import EGO_ALONE, Drivers
+from hhrl_agents.training.environments import require_world_seeds
+from hhrl_agents.training.learner import NOTHING, Learner, Start
+from hhrl_envs import Outcome, Scenario
+from hhrl_envs.arrays import Floats, Floats32, Ints, Keys
+from hhrl_envs.errors import require_value
+from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
+from hhrl_envs.views.gym_env import StopLineEnv
+
+LOSSES = {"policy": "train/policy_gradient_loss", "value": "train/value_loss"}
+"""The losses that are reported, and what the library calls them."""
 
 
-class PPOLearner:
-    """Trains E independent seeds of PPO side by side; the interface and the arguments are those of `Learner`."""
+class PPOLearner(Learner):
+    """Trains E independent seeds of a method by PPO, side by side.
+
+    Stable-Baselines3 keeps its state to itself, so a training that was stopped begins anew.
+    """
 
     def __init__(
-        self, method: Method, scenario: Scenario, seeds: Sequence[int], world_seeds: npt.NDArray[np.uint64]
+        self,
+        method: Method,
+        scenario: Scenario,
+        seeds: Sequence[int],
+        world_seeds: Keys,
+        device: str = "cpu",
+        drivers: Drivers = EGO_ALONE,
+        start: Start = NOTHING,
     ) -> None:
-        self._config = cast(PPOConfig, method.config)
-        if np.shape(world_seeds) != (len(seeds), self._config.n_envs):
-            raise InputError(
-                f"world_seeds have shape {np.shape(world_seeds)}; write {(len(seeds), self._config.n_envs)}"
-            )
-        self.method, self.scenario, self.seeds = method, scenario, tuple(seeds)
-        self.env_steps = self.updates = 0
+        super().__init__(method, scenario, seeds, losses=[*LOSSES])
+        self._require_plain(drivers, start)
+        require_value(device == "cpu", "device", repr(device), "cpu: PPO's small networks gain nothing from another")
+        require_world_seeds(world_seeds, len(seeds), self.config.n_envs)
         self._trained = [
-            PPOSeed(self._config, scenario, seed, worlds) for seed, worlds in zip(seeds, world_seeds, strict=True)
+            PPOSeed(self.config, scenario, seed, worlds) for seed, worlds in zip(seeds, world_seeds, strict=True)
         ]
 
-    def train(self, env_steps: int) -> Iterator[Progress]:
-        """Yield a report after the rollout that reaches `report_every` environment steps, and at the end.
-
-        The learning rate's schedule spans these `env_steps`, which are each seed's, rounded up to whole steps of its
-        `n_envs` environments; the last rollout is as short as they ask for.
-        """
-        config, losses = self._config, list[Floats]()
-        remaining = ceil(env_steps / config.n_envs)
-        while remaining:
-            steps = min(config.rollout_steps, remaining)
-            share = 1.0 - remaining * config.n_envs / env_steps
-            losses.append(self._advance(steps, linear(config.learning_rate, config.final_learning_rate, share)))
-            remaining -= steps
-            if not remaining or self.env_steps % config.report_every < steps * config.n_envs:
-                yield self._report(losses)
-                losses = []
-
-    def policies(self) -> list[LearnedAgent]:
-        """Return each seed's most probable actions as a policy as it is now, which later training does not change."""
-        return [self._policy(seed, trained) for seed, trained in zip(self.seeds, self._trained, strict=True)]
-
-    def state(self) -> None:
-        """Return None: Stable-Baselines3 keeps its state to itself, so training begins anew where it was stopped."""
-
-    def restore(self, state: State) -> None:
-        """Return nothing; there is nothing to restore."""
-
-    def _advance(self, steps: int, learning_rate: float) -> Floats:
-        """Return every seed's losses, [E, losses], after one rollout and its updates."""
+    def _advance(self, env_steps: int) -> None:
+        """Take one rollout, the last one as short as the budget asks for, and its updates; see `Learner._advance`."""
+        config = self.config
+        remaining = ceil((env_steps - self.env_steps) / config.n_envs)
+        steps, share = min(config.rollout_steps, remaining), 1.0 - remaining * config.n_envs / env_steps
+        learning_rate = config.learning_rate_at(share)
         losses = np.stack([trained.advance(steps, learning_rate) for trained in self._trained])
-        self.env_steps += steps * self._config.n_envs
-        self.updates += self._config.epochs * ceil(steps * self._config.n_envs / self._config.batch_size)
-        return losses
+        self._add_losses(losses.T)
+        self.env_steps += steps * config.n_envs
+        self.updates += config.epochs * ceil(steps * config.n_envs / config.batch_size)
 
-    def _report(self, losses: Sequence[Floats]) -> Progress:
-        means = np.mean(losses, axis=0)
-        counts = np.stack([trained.counter.take() for trained in self._trained])
-        return Progress(self.env_steps, self.updates, dict(zip(LOSSES, means.T, strict=True)), counts)
+    def _parameters(self, index: int) -> Parameters:
+        return self._trained[index].parameters()
 
-    def _policy(self, seed: int, trained: PPOSeed) -> LearnedAgent:
-        metadata = describe(self.method, self.scenario, seed, self.env_steps)
+    def _take_outcome_counts(self) -> Ints:
+        return np.stack([trained.counter.take() for trained in self._trained])
+
+    def _metadata(self, seed: int) -> dict[str, Any]:
+        metadata = super()._metadata(seed)
         metadata["versions"]["stable_baselines3"] = stable_baselines3.__version__
-        return make_agent(self.method, self.scenario, trained.parameters(), metadata)
+        return metadata
+
+
+class OutcomeCounter(BaseCallback):
+    """Counts the episodes that end, int64 [outcomes], by `hhrl_envs.Outcome`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.counts = np.zeros(len(Outcome), np.int64)
+
+    def _on_step(self) -> bool:
+        for done, info in zip(self.locals["dones"], self.locals["infos"], strict=True):
+            self.counts[info["outcome"]] += done
+        return True
+
+    def take(self) -> Ints:
+        """Return what was counted since the last call."""
+        counts, self.counts = self.counts, np.zeros_like(self.counts)
+        return counts
+
+
+class PPOSeed:
+    """One seed's PPO, with its own environments and random draws; `counter` counts its training episodes."""
+
+    def __init__(self, config: PPOConfig, scenario: Scenario, seed: int, world_seeds: Keys) -> None:
+        self.counter = OutcomeCounter()
+        self._learning_rate = config.learning_rate
+        self._streams = GlobalStreams(seed)
+        worlds = [partial(LearningView, scenario, config, int(world_seed)) for world_seed in world_seeds]
+        with self._streams.lent():
+            self._ppo = PPO(
+                "MlpPolicy",
+                DummyVecEnv([*worlds]),
+                learning_rate=lambda _: self._learning_rate,
+                n_steps=config.rollout_steps,
+                batch_size=config.batch_size,
+                n_epochs=config.epochs,
+                gamma=config.gamma,
+                gae_lambda=config.gae_lambda,
+                clip_range=config.clip,
+                ent_coef=config.entropy_coefficient,
+                vf_coef=config.value_coefficient,
+                max_grad_norm=config.max_gradient_norm,
+                policy_kwargs={"net_arch": list(config.hidden), "activation_fn": nn.ReLU},
+                device="cpu",
+            )
+        self._layers[-1].bias.data += config.throttle_bias * torch.tensor(scenario.vehicle.levels)
+        self._ppo.set_logger(Logger(folder=None, output_formats=[]))
+
+    def advance(self, steps: int, learning_rate: float) -> Floats:
+        """Return the mean `LOSSES` of the updates after one rollout, `steps` steps of every environment."""
+        self._learning_rate = learning_rate
+        self._ppo.n_steps = self._ppo.rollout_buffer.buffer_size = steps
+        with self._streams.lent():
+            self._ppo.learn(steps * self._ppo.n_envs, self.counter, reset_num_timesteps=False)
+        return np.array([self._ppo.logger.name_to_value[name] for name in LOSSES.values()])
+
+    def parameters(self) -> Parameters:
+        """Return a copy of the policy's network as a flat method's: logits in place of action values."""
+        parameters: dict[str, torch.Tensor] = {}
+        for index, layer in enumerate(self._layers):
+            weight, bias = layer.weight.detach().T[None], layer.bias.detach()[None, None]
+            parameters[f"action.{index}.weight"] = weight.clone(memory_format=torch.contiguous_format)
+            parameters[f"action.{index}.bias"] = bias.clone()
+        return parameters
+
+    @property
+    def _layers(self) -> list[nn.Linear]:
+        """The layers of the policy's network, the logits' last."""
+        named = self._ppo.policy.named_modules()
+        parts = ("mlp_extractor.policy_net", "action_net")
+        return [layer for name, layer in named if name.startswith(parts) and isinstance(layer, nn.Linear)]
+
+
+States = tuple[Any, torch.Tensor]
+
+
+class GlobalStreams:
+    """What one seed draws from the global generators of numpy and torch, a pure function of the seed."""
+
+    def __init__(self, seed: int) -> None:
+        drawn = int(generators([seed], Purpose.INITIALISATION)[0].integers(2**32))
+        legacy = np.random.RandomState(drawn)
+        self._states: States = (legacy.get_state(), torch.Generator().manual_seed(drawn).get_state())
+
+    @contextmanager
+    def lent(self) -> Iterator[None]:
+        """Return a context in which the global generators go on where this seed's last draws ended.
+
+        After it they are what they were before.
+        """
+        before = _states()
+        _set(self._states)
+        try:
+            yield
+        finally:
+            self._states = _states()
+            _set(before)
+
+
+def _states() -> States:
+    return np.random.get_state(), torch.get_rng_state()  # noqa: NPY002
+
+
+def _set(states: States) -> None:
+    np.random.set_state(states[0])  # noqa: NPY002
+    torch.set_rng_state(states[1])
+
+
+class LearningView(gymnasium.Wrapper[Floats32, Any, Floats32, Any]):
+    """One environment of a learner: episode after episode of the world `world_seed`, with scaled rewards.
+
+    Where a time limit counts as truncation its penalty is left out; else it terminates. `info` holds `outcome` alone.
+    """
+
+    def __init__(self, scenario: Scenario, config: PPOConfig, world_seed: int) -> None:
+        self._view = StopLineEnv(scenario)
+        super().__init__(self._view)
+        self._config = config
+        self._first_seed: int | None = world_seed
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats32, dict[str, Any]]:
+        """Return the first observation, float32 [SIZE], of the world's next episode, whatever the seed, and no info."""
+        seed, self._first_seed = self._first_seed, None
+        return self._view.reset(seed=seed, options=options)[0], {}
+
+    def step(self, action: Any) -> tuple[Floats32, float, bool, bool, dict[str, Any]]:
+        """Return observation, scaled r^task, terminated, truncated and the outcome after one step."""
+        observation, reward, terminated, truncated, info = self._view.step(action)
+        terms = self._view.parallel.simulator.terms[0]
+        reward -= (1.0 - self._config.jerk_weight) * float(terms[UNSMOOTH])
+        if truncated and self._config.timeout == "truncation":
+            reward -= float(terms[TIMEOUT])
+        elif truncated:
+            terminated, truncated = True, False
+        outcome = {"outcome": info.get("outcome", Outcome.RUNNING)}
+        return observation, reward * self._config.reward_scale, terminated, truncated, outcome

@@ -1,26 +1,118 @@
-"""Double DQN, flat and hierarchical: what to choose, and the temporal-difference errors to learn from."""
+"""Temporal-difference errors of Double DQN for stacked seeds: of one learned level, and of flat and hierarchical ones.
 
-from collections.abc import Collection, Sequence
+A level is a network of choices and their values; an algorithm says what to choose at each level, and towards which
+target its values move.
+"""
+
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from types import MappingProxyType
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from hhrl_agents.agent import NO_OPTION
-from hhrl_agents.algorithms.level import LearnedLevel, LevelErrors
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.mlp import MLP, Parameters
+from hhrl_agents.networks.attention import one_hot
+from hhrl_agents.networks.mlp import MLP, Parameters, subset
 from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.networks.value_networks import ActionNetwork, mask_penalty, one_hot
-from hhrl_agents.policies.given_levels import given_options
-from hhrl_agents.policies.learned_agent import frozen_actions
-from hhrl_agents.replay.buffer import Batch
+from hhrl_agents.networks.value_networks import ActionNetwork, mask_penalty
+from hhrl_agents.policies.learned_agent import given_actions, given_options
+from hhrl_agents.replay.buffer import MiniBatch
 from hhrl_agents.training.exploration import GREEDY
 from hhrl_envs import Scenario
-from hhrl_envs.arrays import Floats32, Ints
+from hhrl_envs.arrays import Floats, Floats32, Ints
+
+
+class LevelErrors(NamedTuple):
+    """The temporal-difference errors Y - Q of one level's network, and what their gradient needs.
+
+    errors: [E, 1, M]; choices: whose values erred, int64 [E, 1, M]; values: of all choices, [E, C, M];
+    forward_pass: what the network's has left; gradients: where its parameters' gradients belong.
+    """
+
+    errors: Tensor
+    choices: Tensor
+    values: Tensor
+    network: Any
+    forward_pass: Any
+    gradients: Parameters
+
+    def backward(self, part: slice, weights: Tensor) -> Floats:
+        """Return the losses float64 [E], the weighted mean squared errors of the columns `part`; write the gradients.
+
+        weights: [E, 1, K] for the K columns of `part`.
+        """
+        errors = self.errors[..., part]
+        weighted = errors * weights
+        slope = torch.zeros_like(self.values[..., part])
+        slope.scatter_(1, self.choices[..., part], weighted * (-2.0 / errors.shape[2]))
+        self.network.backward(self.forward_pass.columns(part), slope, self.gradients)
+        losses: Floats = (weighted * errors).mean((1, 2)).cpu().double().numpy()
+        return losses
+
+
+class LearnedLevel:
+    """One level of E stacked seeds: online and target networks of the parameters whose names begin with `level`.
+
+    network: makes a network of its parameters; it is called with states [E, features, K], and with one-hot options
+    where the level is given one. alpha: of advantage learning, 0 without. penalty: what its values are lowered by where
+    a choice is absent, [C, 1].
+    """
+
+    def __init__(
+        self,
+        level: str,
+        network: Callable[[Parameters], Any],
+        stack: ParameterStack,
+        alpha: float,
+        penalty: Tensor | None = None,
+    ) -> None:
+        self._online = network(subset(stack.online, f"{level}."))
+        self._target = network(subset(stack.target, f"{level}."))
+        self._both = network(subset(stack.both, f"{level}."))
+        self._gradients = subset(stack.gradients, f"{level}.")
+        self._alpha, self._penalty = alpha, penalty
+
+    def choose(self, tried: Ints, *inputs: Tensor) -> Ints:
+        """Return the choices, int64 [E, n]: those `tried` [E, n], the best of the online network where it is GREEDY."""
+        return np.where(tried == GREEDY, self._masked(self._online(*inputs)).max(1).indices.cpu().numpy(), tried)
+
+    def following(self, *inputs: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the choices at the next states and their target values; see `double_q`.
+
+        inputs: those of every seed's online network, then those of the target networks, [2E, features, K].
+        """
+        return double_q(self._masked(self._both(*inputs)))
+
+    def errors(self, target: Tensor, choices: Tensor, *inputs: Tensor) -> LevelErrors:
+        """Return the errors of the values of the `choices` made, int64 [E, 1, K], from the `target`, [E, 1, K]."""
+        values, forward_pass = self._online.forward(*inputs)
+        errors = target - values.gather(1, choices)
+        if self._alpha > 0.0:
+            errors -= self._alpha * shortfall(self._masked(self._target(*inputs)), choices)
+        return LevelErrors(errors, choices, values, self._online, forward_pass, self._gradients)
+
+    def _masked(self, values: Tensor) -> Tensor:
+        return values if self._penalty is None else values + self._penalty
+
+
+def double_q(values: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the online network's best choice, int64 [E, 1, K], and the target network's value of it, [E, 1, K].
+
+    values: [2E, C, K], the online networks' of every seed, then the target networks'.
+    """
+    online, target = values.chunk(2)
+    best = online.max(1, keepdim=True).indices
+    return best, target.gather(1, best)
+
+
+def shortfall(values: Tensor, choices: Tensor) -> Tensor:
+    """Return how much less than the best of `values` [E, C, K] the value of each choice is, [E, 1, K]."""
+    return values.max(1, keepdim=True).values - values.gather(1, choices)
+
 
 Choices = tuple[Ints, Ints]
 """Options and actions, int64 [E, n] each."""
@@ -29,11 +121,10 @@ Choices = tuple[Ints, Ints]
 class Algorithm(Protocol):
     """What the learner's loop asks of a value-learning algorithm for E stacked seeds.
 
-    levels: the names of what is learned, which begin its parameters' names; choices: what each level chooses from.
+    levels: the names of what is learned, which begin its parameters' names.
     """
 
     levels: Sequence[str]
-    choices: Sequence[Ints]
 
     def choose(self, observations: Floats32, tried: Sequence[Ints]) -> Choices:
         """Return options and actions, int64 [E, n], for observations [E, n, features].
@@ -41,16 +132,15 @@ class Algorithm(Protocol):
         tried: for each of `levels` the choices [E, n] to try, or `GREEDY` where the highest value decides.
         """
 
-    def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
+    def td_errors(self, batch: MiniBatch) -> tuple[LevelErrors, ...]:
         """Return the errors of each of `levels`."""
 
 
 class DoubleDQN:
     """Flat Double DQN (Eq. (ddqn)): one action-value network, rewarded by the action level's column, r^task."""
 
-    def __init__(self, method: Method, scenario: Scenario, stack: ParameterStack) -> None:
+    def __init__(self, method: Method, stack: ParameterStack) -> None:
         self.levels: Sequence[str] = method.levels
-        self.choices: Sequence[Ints] = (np.arange(scenario.num_actions),)
         network = partial(MLP, layer_norm=method.config.layer_norm)
         self._action = LearnedLevel("action", network, stack, method.config.advantage_learning)
         self._device = stack.flat.device
@@ -60,7 +150,7 @@ class DoubleDQN:
         actions = self._action.choose(tried[0], _columns(observations, self._device))
         return np.full_like(actions, NO_OPTION), actions
 
-    def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
+    def td_errors(self, batch: MiniBatch) -> tuple[LevelErrors, ...]:
         """Return the errors of the action values; see `Algorithm.td_errors`."""
         _, value = self._action.following(_twice(batch.next_observations))
         target = batch.action_rewards + batch.discounts * value
@@ -87,8 +177,6 @@ class HierarchicalDoubleDQN:
     ) -> None:
         self._device = stack.flat.device
         self.levels: Sequence[str] = tuple(level for level in method.levels if level not in fixed)
-        choices = {"option": np.flatnonzero(scenario.option_mask), "action": np.arange(scenario.num_actions)}
-        self.choices: Sequence[Ints] = tuple(choices[level] for level in self.levels)
         self._option = self._action = None
         alpha = method.config.advantage_learning
         if "option" in method.levels:
@@ -100,7 +188,7 @@ class HierarchicalDoubleDQN:
         if "action" in method.levels:
             self._action = LearnedLevel("action", partial(ActionNetwork, config=method.config), stack, alpha)
         else:
-            self._given_actions = frozen_actions(method, scenario, frozen)
+            self._given_actions = given_actions(method, scenario, frozen)
 
     def choose(self, observations: Floats32, tried: Sequence[Ints]) -> Choices:
         """Return the options, and the actions given those; see `Algorithm.choose`."""
@@ -115,7 +203,7 @@ class HierarchicalDoubleDQN:
             return options, self._action.choose(trial, states, one_hot(self._column(options)))
         return options, self._given_actions(rows, options.reshape(-1)).reshape(shape)
 
-    def td_errors(self, batch: Batch) -> tuple[LevelErrors, ...]:
+    def td_errors(self, batch: MiniBatch) -> tuple[LevelErrors, ...]:
         """Return the errors of the learned levels' values; see `Algorithm.td_errors`."""
         following, errors = _twice(batch.next_observations), []
         if self._option:
@@ -146,7 +234,7 @@ def make_algorithm(
     """Return the algorithm that learns the method's levels; see `HierarchicalDoubleDQN` for `frozen` and `fixed`."""
     if method.hierarchical:
         return HierarchicalDoubleDQN(method, scenario, stack, frozen, fixed)
-    return DoubleDQN(method, scenario, stack)
+    return DoubleDQN(method, stack)
 
 
 def _rows(features: Floats32) -> Floats32:

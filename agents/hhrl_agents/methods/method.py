@@ -4,18 +4,25 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from types import MappingProxyType
 from typing import Any, Literal
 
-from hhrl_agents.methods.configs import DoubleDQNConfig, PPOConfig, PQNConfig
-from hhrl_agents.rules.paper_rules import PAPER_RULES
-from hhrl_envs.errors import InputError, require_value
+from hhrl_agents.agent import LEVELS
+from hhrl_agents.methods.configs import CONFIGS, DoubleDQNConfig
+from hhrl_agents.rules import paper_rules
+from hhrl_envs.errors import InputError
+from hhrl_envs.scenario.validation import Rule, agree, check
 
-CONFIGS: Mapping[str, Any] = MappingProxyType({"double-dqn": DoubleDQNConfig, "pqn": PQNConfig, "ppo": PPOConfig})
-"""The class of each algorithm's hyperparameters."""
 
-_OPTIONS = ("none", "learned", *PAPER_RULES)
-_REPLAYS = ("uniform", "prioritised", "hierarchical")
+def _one_of(*names: str) -> Rule:
+    return Rule(lambda value: value in names, "one of: " + ", ".join(names))
+
+
+_OPTION = _one_of("none", "learned", *paper_rules.RULES)
+_REPLAY = _one_of("uniform", "prioritised", "hierarchical")
+_CONFIG = Rule(
+    lambda value: type(value) in CONFIGS.values(), "one of: " + ", ".join(kind.__name__ for kind in CONFIGS.values())
+)
+_SWITCHING = " or ".join(f"a {kind.__name__}" for kind in CONFIGS.values() if kind.has_options and kind.has_replay)
 
 
 @dataclass(frozen=True)
@@ -25,8 +32,8 @@ class Method:
     Attributes:
         id: the name that the command line and the leaderboard use.
         option: the option level: "none" of a flat method, "learned", or given by the rule of this id.
-        ffv: the method whose trained policy, frozen, is the action level under FFV, the analytic controller being it
-            under SSL; None: the action level is learned.
+        ffv: the method whose trained policy, frozen, is the action level under FFV, the analytic controllers being it
+            under every other sub-goal; None: the action level is learned.
         hybrid_reward: r^option and r^action at their levels instead of r^task at both.
         replay: how mini-batches are drawn: "uniform", "prioritised" by all levels' errors together, or "hierarchical".
         attention: the attention I(s, o) before the action network.
@@ -44,31 +51,33 @@ class Method:
     summary: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
-        """Reject levels that do not go together, and switches of a level that is not there to learn."""
-        known = type(self.config) in CONFIGS.values()
-        self._require("config", known, "one of: " + ", ".join(config.__name__ for config in CONFIGS.values()))
-        self._require("option", self.option in _OPTIONS, "one of: " + ", ".join(_OPTIONS))
-        self._require("replay", self.replay in _REPLAYS, "one of: " + ", ".join(_REPLAYS))
-        plain = self.algorithm == "double-dqn" or (not self.hierarchical and self.replay == "uniform")
-        self._require("config", plain, "a DoubleDQNConfig to have options, or replay to choose from")
+        """Refuse levels that do not go together, and switches of a level that is not there to learn."""
+        check(self, self._label, config=_CONFIG, option=_OPTION, replay=_REPLAY)
+        able = (self.config.has_options or not self.hierarchical) and (
+            self.config.has_replay or self.replay == "uniform"
+        )
+        self._agree(able, "config", f"{_SWITCHING} to have options, or replay to choose from")
         flat_has_none = self.hierarchical or not (self.hybrid_reward or self.attention or self.ffv)
-        self._require("option", flat_has_none, "'learned' or a rule's id to use ffv, hybrid_reward or attention")
-        self._require("option", bool(self.levels), "'learned', as ffv gives the action level")
-        self._require("attention", self.ffv is None or not self.attention, "False, as ffv gives the action level")
-        both = self.replay != "hierarchical" or len(self.levels) == 2
-        self._require("replay", both, "uniform or prioritised, as hierarchical needs option 'learned' and no ffv")
+        self._agree(flat_has_none, "option", "'learned' or a rule's id to use ffv, hybrid_reward or attention")
+        self._agree(bool(self.levels), "option", "'learned', as ffv gives the action level")
+        self._agree(self.ffv is None or not self.attention, "attention", "False, as ffv gives the action level")
+        both = self.replay != "hierarchical" or len(self.levels) == len(LEVELS)
+        self._agree(both, "replay", "uniform or prioritised, as hierarchical needs option 'learned' and no ffv")
         follows = self.ffv is None or (self.ffv.hierarchical and self.ffv.ffv is None and not self.ffv.config.memory)
-        self._require("ffv", follows, "a method with options whose action level is learned, without memory")
+        self._agree(follows, "ffv", "a method with options whose action level is learned, without memory")
 
-    def _require(self, name: str, holds: bool, allowed: str) -> None:
-        value = getattr(self, name)
-        said = repr(value.id) if isinstance(value, Method) else repr(value)
-        require_value(holds, f"{name} of method {self.id!r}", said, allowed)
+    @property
+    def _label(self) -> str:
+        return f"{{}} of method {self.id!r}"
+
+    def _agree(self, holds: bool, name: str, write: str) -> None:
+        agree(self, holds, name, write=write, label=self._label)
 
     @property
     def algorithm(self) -> str:
         """The name of the algorithm that learns, a key of `CONFIGS`."""
-        return next(name for name, config in CONFIGS.items() if type(self.config) is config)
+        name: str = self.config.algorithm
+        return name
 
     @property
     def hierarchical(self) -> bool:
@@ -77,9 +86,9 @@ class Method:
 
     @property
     def levels(self) -> tuple[str, ...]:
-        """The levels that are learned, of "option" and "action", in this order."""
+        """The levels that are learned, of `LEVELS`, in this order."""
         learned = {"option": self.option == "learned", "action": self.ffv is None}
-        return tuple(level for level, is_learned in learned.items() if is_learned)
+        return tuple(level for level in LEVELS if learned[level])
 
     @property
     def config_hash(self) -> str:

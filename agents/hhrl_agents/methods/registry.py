@@ -1,19 +1,26 @@
-"""The registered agents: rules that act at once, and methods that learn. Importable without torch."""
+"""The registered agents: rules that act at once, and methods that learn. Nothing here imports torch."""
 
+import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
+from hhrl_agents import rules
 from hhrl_agents.agent import HierarchicalAgent
 from hhrl_agents.methods.configs import DoubleDQNConfig, PPOConfig, PQNConfig
 from hhrl_agents.methods.method import Method
-from hhrl_agents.rules.paper_rules import PAPER_RULES
-from hhrl_agents.rules.rule_plus import RulePlus
 from hhrl_envs import Scenario
 
-RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType({**PAPER_RULES, "rule-plus": RulePlus})
-"""Every rule agent's constructor by its id."""
+RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType(
+    {
+        rule: make
+        for module in pkgutil.iter_modules(rules.__path__)
+        for rule, make in getattr(import_module(f"{rules.__name__}.{module.name}"), "RULES", {}).items()
+    }
+)
+"""Every rule agent's constructor by its id: the `RULES` of the modules in `hhrl_agents.rules`."""
 
 _DDQN = Method("ddqn", summary="flat Double DQN")
 

@@ -15,8 +15,12 @@ from torch import Tensor
 Parameters = Mapping[str, Tensor]
 Shapes = dict[str, tuple[int, int]]
 
-EPSILON = 1e-5
-"""What layer normalisation adds to the variance."""
+_EPSILON = 1e-5  # what layer normalisation adds to the variance
+
+
+def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:
+    """Return the parameters whose names start with `prefix`, the prefix taken off."""
+    return {name.removeprefix(prefix): value for name, value in parameters.items() if name.startswith(prefix)}
 
 
 def mlp_shapes(*sizes: int) -> Shapes:
@@ -28,7 +32,7 @@ def mlp_shapes(*sizes: int) -> Shapes:
     return shapes
 
 
-class Trace(NamedTuple):
+class ForwardPass(NamedTuple):
     """What a forward pass leaves for `MLP.backward`.
 
     inputs: of every layer, [E, in, K]; norms: of every normalised layer its outputs [E, out, K] before the ReLU, and
@@ -38,10 +42,10 @@ class Trace(NamedTuple):
     inputs: list[Tensor]
     norms: list[tuple[Tensor, Tensor]]
 
-    def columns(self, part: slice) -> "Trace":
-        """Return the trace of these columns alone."""
+    def columns(self, part: slice) -> "ForwardPass":
+        """Return what it leaves of these columns alone."""
         norms = [(outputs[..., part], factor[..., part]) for outputs, factor in self.norms]
-        return Trace([inputs[..., part] for inputs in self.inputs], norms)
+        return ForwardPass([inputs[..., part] for inputs in self.inputs], norms)
 
 
 class MLP:
@@ -58,42 +62,42 @@ class MLP:
 
     def __call__(self, inputs: Tensor) -> Tensor:
         """Return the last layer's outputs [E, out, K] for inputs [E, in, K]."""
-        return self.trace(inputs)[0]
+        return self.forward(inputs)[0]
 
-    def trace(self, inputs: Tensor) -> tuple[Tensor, Trace]:
+    def forward(self, inputs: Tensor) -> tuple[Tensor, ForwardPass]:
         """Return the outputs, and what `backward` needs."""
-        trace = Trace([inputs], [])
+        kept = ForwardPass([inputs], [])
         for weight, bias in zip(self.weights[:-1], self._biases[:-1], strict=True):
-            outputs = linear(weight, bias, trace.inputs[-1])
+            outputs = affine(weight, bias, kept.inputs[-1])
             if self._layer_norm:
                 outputs, factor = _normalised(outputs)
-                trace.norms.append((outputs.clone(), factor))
-            trace.inputs.append(outputs.relu_())
-        return linear(self.weights[-1], self._biases[-1], trace.inputs[-1]), trace
+                kept.norms.append((outputs.clone(), factor))
+            kept.inputs.append(outputs.relu_())
+        return affine(self.weights[-1], self._biases[-1], kept.inputs[-1]), kept
 
-    def backward(self, trace: Trace, outputs_grad: Tensor, gradients: Parameters) -> Tensor:
+    def backward(self, kept: ForwardPass, outputs_grad: Tensor, gradients: Parameters) -> Tensor:
         """Return the loss's gradient by what the first layer's product gives, [E, out, K].
 
         outputs_grad: the gradient by the outputs, [E, out, K]; the parameters' gradients are written into `gradients`.
         """
         grad = outputs_grad
         for layer in reversed(range(len(self.weights))):
-            inputs = trace.inputs[layer]
-            linear_backward(inputs, grad, gradients[f"{layer}.weight"], gradients[f"{layer}.bias"])
+            inputs = kept.inputs[layer]
+            affine_backward(inputs, grad, gradients[f"{layer}.weight"], gradients[f"{layer}.bias"])
             if layer > 0:
                 grad = torch.bmm(self.weights[layer], grad).mul_(inputs.sign())
                 if self._layer_norm:
-                    grad = _normalised_backward(grad, *trace.norms[layer - 1])
+                    grad = _normalised_backward(grad, *kept.norms[layer - 1])
         return grad
 
 
-def linear(weight: Tensor, bias: Tensor, inputs: Tensor) -> Tensor:
+def affine(weight: Tensor, bias: Tensor, inputs: Tensor) -> Tensor:
     """Return W^T x + b, [E, out, K], for weight [E, in, out], bias [E, out, 1 or K] and inputs [E, in, K]."""
     return torch.baddbmm(bias, weight.transpose(1, 2), inputs)
 
 
-def linear_backward(inputs: Tensor, grad: Tensor, weight_grad: Tensor, bias_grad: Tensor | None = None) -> None:
-    """Return nothing; write the gradients by weight [E, in, out] and bias [E, 1, out].
+def affine_backward(inputs: Tensor, grad: Tensor, weight_grad: Tensor, bias_grad: Tensor | None = None) -> None:
+    """Write the gradients by weight [E, in, out] and bias [E, 1, out].
 
     inputs: [E, in, K]; grad: the gradient by the layer's product, [E, out, K].
     """
@@ -108,7 +112,7 @@ def linear_backward(inputs: Tensor, grad: Tensor, weight_grad: Tensor, bias_grad
 def _normalised(outputs: Tensor) -> tuple[Tensor, Tensor]:
     """Return the outputs less their mean, times the factor that makes their variance 1, and that factor."""
     centred = outputs - outputs.mean(1, keepdim=True)
-    factor = centred.square().mean(1, keepdim=True).add_(EPSILON).rsqrt_()
+    factor = centred.square().mean(1, keepdim=True).add_(_EPSILON).rsqrt_()
     return centred.mul_(factor), factor
 
 

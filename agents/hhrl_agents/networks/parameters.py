@@ -1,7 +1,7 @@
-"""The parameters of all networks for E seeds, online and target, with their gradients, each in one flat tensor.
+"""The parameters of all networks for E seeds, online and target, with their gradients, and Adam, which moves them.
 
-The parameters of all layers are views of it, so that clipping, the optimiser's step and the copy to the target cost a
-few operations however many layers and seeds there are.
+Each lies in one flat tensor, of which the parameters of all layers are views, so that clipping, the optimiser's step
+and the copy to the target cost a few operations however many layers and seeds there are.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,10 +10,18 @@ from math import prod, sqrt
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn.functional import hardshrink
 
 from hhrl_agents.networks.mlp import Shapes
 from hhrl_envs.arrays import Floats32
-from hhrl_envs.state import State, read
+from hhrl_envs.state import State, count, read, read_count
+
+_BETAS = (0.9, 0.999)
+_EPSILON = 1e-8
+TINY = 1e-30
+"""Adam's averages below this are zero: they move nothing, and numbers that get denormal are some ten times slower."""
+TINY_EVERY = 100
+"""Adam's steps between two looks for such averages."""
 
 
 class ParameterStack:
@@ -36,7 +44,7 @@ class ParameterStack:
         self.gradients = _views(self.gradient, shapes)
 
     def take_over(self, seed_index: int, parameters: Mapping[str, Tensor]) -> None:
-        """Return nothing; give one seed these parameters, name -> [1, in, out], online and target."""
+        """Give one seed these parameters, name -> [1, in, out], online and target."""
         for name, value in parameters.items():
             for views in (self.online, self.target):
                 views[name][seed_index].copy_(value[0])
@@ -49,7 +57,7 @@ class ParameterStack:
         return slice(sum(before[:first]), sum(before[:first]) + sum(sizes))
 
     def move_target(self, rate: float) -> None:
-        """Return nothing; move the target's parameters by the share `rate` towards the online ones; 1 copies them."""
+        """Move the target's parameters by the share `rate` towards the online ones; 1 copies them."""
         self.flat_target.lerp_(self.flat, rate) if rate < 1.0 else self.flat_target.copy_(self.flat)
 
     def state(self) -> State:
@@ -57,7 +65,7 @@ class ParameterStack:
         return {name: flat.cpu().numpy().copy() for name, flat in (("online", self.flat), ("target", self.flat_target))}
 
     def restore(self, state: State) -> None:
-        """Return nothing; see `hhrl_agents.stateful.Stateful`."""
+        """Take up a state; see `hhrl_agents.stateful.Stateful`."""
         for name, flat in (("online", self.flat), ("target", self.flat_target)):
             flat.copy_(torch.from_numpy(read(state, name, flat.cpu().numpy())))
 
@@ -65,6 +73,48 @@ class ParameterStack:
         """Return a copy of one seed's online parameters on the CPU, name -> [1, in, out]."""
         views = _views(self.flat[seed_index : seed_index + 1].cpu(), self._shapes)
         return {name: view.clone(memory_format=torch.contiguous_format) for name, view in views.items()}
+
+
+class Adam:
+    """Adam (Kingma and Ba, 2015) on a flat tensor of parameters, [E, P]; `parts` of it are clipped by themselves."""
+
+    def __init__(self, parameters: Tensor, parts: Sequence[slice], max_norm: float) -> None:
+        self._parameters = parameters
+        self._parts, self._max_norm = parts, max_norm
+        self.mean = torch.zeros_like(parameters)
+        self.variance = torch.zeros_like(parameters)
+        self._averages = {"mean": self.mean, "variance": self.variance}
+        self._spread = torch.empty_like(parameters)
+        self.steps = 0
+
+    def state(self) -> State:
+        """Return both averages and the number of steps; see `hhrl_agents.stateful.Stateful`."""
+        averages = {name: average.cpu().numpy().copy() for name, average in self._averages.items()}
+        return {**averages, "steps": count(self.steps)}
+
+    def restore(self, state: State) -> None:
+        """Take up a state; see `hhrl_agents.stateful.Stateful`."""
+        for name, average in self._averages.items():
+            average.copy_(torch.from_numpy(read(state, name, average.cpu().numpy())))
+        self.steps = read_count(state, "steps")
+
+    def step(self, gradient: Tensor, learning_rate: float) -> None:
+        """Move the parameters down the gradient [E, P], which is clipped in place.
+
+        In every part the gradient's norm is at most `max_norm`, for each seed by itself.
+        """
+        for part in self._parts:
+            norms = torch.linalg.vector_norm(gradient[:, part], dim=1, keepdim=True)
+            gradient[:, part].mul_((self._max_norm / (norms + 1e-6)).clamp_(max=1.0))
+        if self.steps % TINY_EVERY == 0:
+            for average in (self.mean, self.variance):
+                average.copy_(hardshrink(average, TINY))
+        self.steps += 1
+        self.mean.lerp_(gradient, 1 - _BETAS[0])
+        self.variance.mul_(_BETAS[1]).addcmul_(gradient, gradient, value=1 - _BETAS[1])
+        spread = torch.sqrt(self.variance, out=self._spread)
+        spread.mul_((1 - _BETAS[1] ** self.steps) ** -0.5).add_(_EPSILON)
+        self._parameters.addcdiv_(self.mean, spread, value=-learning_rate / (1 - _BETAS[0] ** self.steps))
 
 
 def _views(flat: Tensor, shapes: Shapes) -> dict[str, Tensor]:

@@ -1,1 +1,1 @@
-"""TODO."""
+"""The policies that training leaves behind: the agents that act, what they remember, and their checkpoint files."""

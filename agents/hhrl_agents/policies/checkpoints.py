@@ -1,7 +1,4 @@
-"""Checkpoints: one safetensors file an agent; nothing in it can execute code.
-
-Its header holds the metadata as one JSON object, so that the same agent gives the same bytes.
-"""
+"""Checkpoints: save a learned agent to one file, and load it again; see `hhrl_agents.policies.checkpoint_file`."""
 
 import json
 from collections.abc import Mapping
@@ -10,21 +7,22 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from safetensors import SafetensorError, safe_open
+from safetensors import SafetensorError
+from safetensors.torch import load_file
 from safetensors.torch import save as to_bytes
 from torch import Tensor
 
-import hhrl_agents
 from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.value_networks import FFV, frozen_shapes, method_shapes
+from hhrl_agents.networks.value_networks import FROZEN, frozen_shapes, method_shapes
+from hhrl_agents.policies import checkpoint_file
+from hhrl_agents.policies.checkpoint_file import METADATA_KEY, CheckpointError, read_metadata
 from hhrl_agents.policies.learned_agent import LearnedAgent, make_agent
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs.errors import InputError
 
-FORMAT = "hhrl-checkpoint"
-FORMAT_VERSION = 1
-REQUIRED = (
+_VERSION = 1
+_REQUIRED = (
     "method",
     "config",
     "config_hash",
@@ -35,23 +33,19 @@ REQUIRED = (
     "env_steps",
     "versions",
 )
-"""Metadata without which no checkpoint is accepted; see `hhrl_agents.policies.learned_agent.describe`."""
-
-
-class CheckpointError(InputError):
-    """A checkpoint that is missing, damaged, foreign or of another interface."""
+"""Metadata without which no checkpoint is accepted; see `hhrl_agents.policies.learned_agent.agent_metadata`."""
 
 
 def save(path: Path, agent: LearnedAgent, metadata: Mapping[str, Any] | None = None) -> None:
-    """Return nothing; write the agent to `path`, whole or not at all.
+    """Write the agent to `path`, whole or not at all.
 
     metadata: JSON data to keep beside the agent's own, which it may not replace.
 
     Raises:
         OutputError: if it cannot be written; what stood at `path` is then still there.
     """
-    entries = {**(metadata or {}), **agent.metadata, "format_version": FORMAT_VERSION}
-    header = {FORMAT: json.dumps(entries, sort_keys=True, allow_nan=False)}
+    entries = {**(metadata or {}), **agent.metadata, "format_version": _VERSION}
+    header = {METADATA_KEY: json.dumps(entries, sort_keys=True, allow_nan=False)}
     write_atomically(path, to_bytes(agent.parameters, header))
 
 
@@ -61,42 +55,29 @@ def load(path: Path) -> LearnedAgent:
     Raises:
         CheckpointError: if there is none, or anything about it is not as `save` writes it.
     """
-    header, parameters = _read(Path(path))
+    path = Path(path)
+    if not path.is_file():
+        raise CheckpointError(f"cannot load checkpoint {path}: there is no such file")
     try:
-        metadata = _metadata(header)
+        metadata = read_metadata(path)
+        parameters = {name: value.clone() for name, value in load_file(path).items()}
+        _require_known(metadata)
         method, scenario = _method(metadata), get_scenario(metadata["scenario"])
         _require_interface(metadata, scenario)
         _require_parameters(parameters, method, scenario)
-    except (TypeError, ValueError, RecursionError) as error:
+    except (SafetensorError, OSError, TypeError, ValueError, RecursionError) as error:
         raise CheckpointError(f"cannot load checkpoint {path}: {error}") from error
     return make_agent(method, scenario, parameters, metadata)
 
 
-def _read(path: Path) -> tuple[dict[str, str], dict[str, Tensor]]:
-    if not path.is_file():
-        raise CheckpointError(f"cannot load checkpoint {path}: there is no such file")
-    try:
-        with safe_open(path, framework="pt") as file:
-            return file.metadata() or {}, {name: file.get_tensor(name).clone() for name in file.keys()}  # noqa: SIM118
-    except (SafetensorError, OSError) as error:
-        raise CheckpointError(
-            f"cannot load checkpoint {path}: not a whole safetensors file ({error}); "
-            "name one that hhrl-bench train has written"
-        ) from error
-
-
-def _metadata(header: Mapping[str, str]) -> dict[str, Any]:
-    if FORMAT not in header:
-        raise InputError("a safetensors file, but none that this package has written")
-    metadata: dict[str, Any] = dict(json.loads(header[FORMAT]))
-    if metadata.get("format_version") != FORMAT_VERSION:
-        raise InputError(f"format version {metadata.get('format_version')}; this version reads {FORMAT_VERSION}")
-    missing = [key for key in REQUIRED if key not in metadata]
+def _require_known(metadata: Mapping[str, Any]) -> None:
+    if metadata.get("format_version") != _VERSION:
+        raise InputError(f"format version {metadata.get('format_version')}; this version reads {_VERSION}")
+    missing = [key for key in _REQUIRED if key not in metadata]
     if missing:
         raise InputError(f"its metadata lack {', '.join(missing)}")
     if not isinstance(metadata["seed"], int):
         raise InputError(f"its seed is {metadata['seed']!r}, no whole number")
-    return metadata
 
 
 def _method(metadata: Mapping[str, Any]) -> Method:
@@ -123,25 +104,24 @@ def _require_parameters(parameters: Mapping[str, Tensor], method: Method, scenar
             raise InputError(f"parameter {name} holds other than finite float32 numbers")
 
 
-SHIPPED = Path(hhrl_agents.__file__).parent / "trained"
-"""The folder of the trained policies that come with the package."""
 FROZEN_SEED = 0
+"""The training seed of the shipped policies that other methods use without learning them."""
 
 
 def frozen_parameters(method: Method) -> dict[str, Tensor]:
     """Return what the method uses without learning it: its FFV policy's parameters, behind `ffv.`; empty without one.
 
-    They are those of training seed 0, whatever seeds are trained with them.
+    They are those of one training seed, `FROZEN_SEED`, whatever seeds are trained with them.
 
     Raises:
         InputError: if no such policy comes with the package, or one of another config.
     """
     if method.ffv is None:
         return {}
-    path = SHIPPED / method.ffv.id / f"seed-{FROZEN_SEED}.safetensors"
+    path = checkpoint_file.SHIPPED / method.ffv.id / f"seed-{FROZEN_SEED}.safetensors"
     trained = load(path)
     if trained.method != method.ffv:
         raise InputError(
             f"method {method.id!r} follows with {method.ffv.id!r}, but {path} has another config; train that again"
         )
-    return {FFV + name: value for name, value in trained.parameters.items()}
+    return {FROZEN + name: value for name, value in trained.parameters.items()}

@@ -1,24 +1,33 @@
-"""Learned agents: the greedy policies of trained networks."""
+"""Learned agents: the greedy policies of trained networks, with levels that are given instead of learned."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from hhrl_agents.agent import NO_OPTION, Decision
+from hhrl_agents.agent import NO_OPTION, Decision, HierarchicalAgent
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.mlp import MLP, Parameters
-from hhrl_agents.networks.value_networks import FFV, ActionNetwork, mask_penalty, one_hot, subset
-from hhrl_agents.policies.given_levels import Actions, Options, given_actions, given_options
+from hhrl_agents.networks.attention import one_hot
+from hhrl_agents.networks.mlp import MLP, Parameters, subset
+from hhrl_agents.networks.value_networks import FROZEN, ActionNetwork, mask_penalty
 from hhrl_agents.policies.observation_memory import Traces
-from hhrl_envs import Scenario
+from hhrl_agents.rules import paper_rules
+from hhrl_agents.rules.controllers import PAPER_TUNING, ControllerAgent
+from hhrl_envs import Option, Scenario
 from hhrl_envs.arrays import Flags, Floats32, Ints
 from hhrl_envs.errors import InputError
+from hhrl_envs.observation import SIZE
 from hhrl_envs.state import State
 
 Metadata = Mapping[str, Any]
+
+Options = Callable[[Floats32], Ints]
+"""Options int64 [B] for what networks read, float32 [B, features], the observation first."""
+
+Actions = Callable[[Floats32, Ints], Ints]
+"""Actions int64 [B] for what networks read, float32 [B, features], and options int64 [B]."""
 
 
 class LearnedAgent:
@@ -39,7 +48,7 @@ class LearnedAgent:
         self._flat = MLP(subset(self.parameters, "action."), layer_norm=self.method.config.layer_norm)
 
     def reset(self, mask: Flags) -> None:
-        """Return nothing; forget the rows that start a new episode; see `Agent.reset`."""
+        """Forget the rows that start a new episode; see `Agent.reset`."""
         self._memory.begin(mask)
 
     def state(self) -> State:
@@ -47,7 +56,7 @@ class LearnedAgent:
         return self._memory.state()
 
     def restore(self, state: State) -> None:
-        """Return nothing; see `hhrl_agents.stateful.Stateful`."""
+        """Take up a state; see `hhrl_agents.stateful.Stateful`."""
         self._memory.restore(state)
 
     @torch.no_grad()
@@ -72,7 +81,7 @@ class HierarchicalLearnedAgent(LearnedAgent):
         if "action" in method.levels:
             self._action = ActionNetwork(subset(parameters, "action."), method.config)
         else:
-            self._pursue = frozen_actions(method, scenario, parameters)
+            self._pursue = given_actions(method, scenario, parameters)
 
     @torch.no_grad()
     def act(self, observations: Floats32) -> Decision:
@@ -88,7 +97,7 @@ class HierarchicalLearnedAgent(LearnedAgent):
 
     @torch.no_grad()
     def attention(self, observations: Floats32, option: Ints) -> Floats32:
-        """Return the attention I(s, o) on the 11 state elements, float32 [B, 11], each row summing to 1.
+        """Return the attention I(s, o) on the state elements, float32 [B, elements], each row summing to 1.
 
         Raises:
             InputError: if the action level is given, and has no network to attend with.
@@ -105,14 +114,31 @@ class HierarchicalLearnedAgent(LearnedAgent):
         return _best(self._action(_states(features), _options(option)))
 
 
-def frozen_actions(method: Method, scenario: Scenario, parameters: Parameters) -> Actions:
-    """Return the given action level of a method with `ffv`, whose parameters begin with `ffv.`."""
+def given_options(method: Method, scenario: Scenario) -> Options:
+    """Return the option level of the method's rule; rules remember nothing, so the state alone decides."""
+    rule = paper_rules.RULES[method.option](scenario)
+    return lambda features: rule.select(features[:, :SIZE])
+
+
+def given_actions(method: Method, scenario: Scenario, parameters: Parameters) -> Actions:
+    """Return the action level of a method with `ffv`: that policy under FFV, the analytic controllers under the rest.
+
+    parameters: those of the policy, their names behind `FROZEN`; others are ignored.
+    """
     if method.ffv is None:
         raise InputError(f"the action level of method {method.id!r} is learned, not given")
-    return given_actions(scenario, HierarchicalLearnedAgent(method.ffv, scenario, subset(parameters, FFV), {}))
+    ffv: HierarchicalAgent = HierarchicalLearnedAgent(method.ffv, scenario, subset(parameters, FROZEN), {})
+    controllers = ControllerAgent(scenario, PAPER_TUNING)
+
+    def act(features: Floats32, option: Ints) -> Ints:
+        observations = features[:, :SIZE]
+        following = ffv.act_with_option(observations, np.full_like(option, Option.FFV))
+        return np.where(option == Option.FFV, following, controllers.act_with_option(observations, option))
+
+    return act
 
 
-def describe(method: Method, scenario: Scenario, seed: int, env_steps: int) -> dict[str, Any]:
+def agent_metadata(method: Method, scenario: Scenario, seed: int, env_steps: int) -> dict[str, Any]:
     """Return the metadata of a trained agent: what it is, where it was trained, how long, with which versions."""
     return {
         "method": method.id,

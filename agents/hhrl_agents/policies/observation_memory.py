@@ -26,19 +26,19 @@ class Traces:
         return {"traces": self._traces.copy(), "fresh": self._fresh.copy()}
 
     def restore(self, state: State) -> None:
-        """Return nothing; see `hhrl_agents.stateful.Stateful`."""
+        """Take up a state; see `hhrl_agents.stateful.Stateful`."""
         self._traces = read(state, "traces", self._traces).copy()
         self._fresh = read(state, "fresh", self._fresh).copy()
 
     def begin(self, mask: Flags) -> None:
-        """Return nothing; forget the rows of `mask`, bool [B]; all rows if their number changes."""
+        """Forget the rows of `mask`, bool [B]; all rows if their number changes."""
         if len(mask) != len(self._fresh):
             self._fresh = np.ones(len(mask), np.bool_)
             self._traces = np.zeros((len(mask), *self._traces.shape[1:]), np.float32)
         self._fresh |= mask
 
     def observe(self, observations: Floats32, rows: Flags | None = None) -> Floats32:
-        """Return the observations [B, 11] with their traces beside them, float32 [B, 11 (1 + rates)].
+        """Return the observations [B, SIZE] with their traces beside them, float32 [B, SIZE (1 + rates)].
 
         rows: bool [B], which rows are observed; the traces of the others stay. None is all.
         """

@@ -44,7 +44,7 @@ class MultiStep:
         return {**prefixed(steps), "length": count(len(self._window))}
 
     def restore(self, state: State) -> None:
-        """Return nothing; see `hhrl_agents.stateful.Stateful`."""
+        """Take up a state; see `hhrl_agents.stateful.Stateful`."""
         self._window.clear()
         for index in range(read_count(state, "length")):
             arrays = dict(below(state, str(index)))

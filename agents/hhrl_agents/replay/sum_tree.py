@@ -34,7 +34,7 @@ class SumTrees:
         return np.take_along_axis(self.nodes, self._starts[-1] + indices, axis=1)
 
     def assign(self, indices: Ints, priorities: Floats) -> None:
-        """Return nothing; set the priorities [T, K] of the leaves `indices` [T, K]; of an index twice the last counts.
+        """Set the priorities [T, K] of the leaves `indices` [T, K]; of an index twice the last counts.
 
         An index of -1 is no leaf.
 

@@ -6,49 +6,37 @@ from types import MappingProxyType
 import numpy as np
 
 from hhrl_agents.agent import Decision
-from hhrl_agents.rules.controllers import FollowFrontVehicle, StopAtStopLine, nearest_levels
+from hhrl_agents.rules.controllers import PAPER_TUNING, ControllerAgent
 from hhrl_envs import Option, Scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
 
 FollowRule = Callable[[Floats], Flags]
-"""Says for each row of the SI state [B, 11] whether to follow the front vehicle (else: stop at the stop-line)."""
+"""Says for each row of the SI state [B, elements] whether to follow the front vehicle (else: stop at the stop-line)."""
 
 
-class RuleAgent:
+class RuleAgent(ControllerAgent):
     """A hierarchical agent without memory: the rule `follow` selects the option, the analytic controllers act."""
 
     def __init__(self, scenario: Scenario, follow: FollowRule) -> None:
+        super().__init__(scenario, PAPER_TUNING)
         self.follow = follow
-        self._mask = np.asarray(scenario.option_mask)
-        self._levels = np.asarray(scenario.vehicle.levels, dtype=np.float64)
-        self._stop_controller = StopAtStopLine.for_scenario(scenario)
-        self._follow_controller = FollowFrontVehicle.for_scenario(scenario)
-
-    def reset(self, mask: Flags) -> None:
-        """Return nothing: rules remember nothing."""
+        self._available = int(np.argmax(self.option_mask))
 
     def act(self, observations: Floats32) -> Decision:
         """Return the rule's option and the controller's action, int64 [B] each; see `Agent.act`."""
-        state = _si(observations)
+        state = self.si_state(observations)
         option = self._select(state)
-        return Decision(option, self._pursue(state, option))
+        return Decision(option, self.pursue(self.wanted(state), option))
 
     def select(self, observations: Floats32) -> Ints:
-        """Return the rule's option alone, int64 [B], for observations float32 [B, 11]."""
-        return self._select(_si(observations))
-
-    def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
-        """Return the option's controller's actions, int64 [B]; see `HierarchicalAgent.act_with_option`."""
-        return self._pursue(_si(observations), option)
+        """Return the rule's option alone, int64 [B], for observations float32 [B, elements]."""
+        return self._select(self.si_state(observations))
 
     def _select(self, state: Floats) -> Ints:
+        """Return what the rule selects; where the scenario lacks it, the first option that the scenario has."""
         chosen = np.where(self.follow(state), Option.FFV, Option.SSL).astype(np.int64)
-        return np.where(self._mask[chosen], chosen, 1 - chosen)
-
-    def _pursue(self, state: Floats, option: Ints) -> Ints:
-        wanted = np.where(option == Option.FFV, self._follow_controller(state), self._stop_controller(state))
-        return nearest_levels(self._levels, wanted)
+        return np.where(self.option_mask[chosen], chosen, self._available)
 
 
 def rule_1(scenario: Scenario) -> RuleAgent:
@@ -77,7 +65,7 @@ def rule_4_literal(scenario: Scenario) -> RuleAgent:
     return RuleAgent(scenario, lambda state: state[:, obs.D_F] > state[:, obs.D_FC])
 
 
-PAPER_RULES: Mapping[str, Callable[[Scenario], RuleAgent]] = MappingProxyType(
+RULES: Mapping[str, Callable[[Scenario], RuleAgent]] = MappingProxyType(
     {
         "rule-1": rule_1,
         "rule-2": rule_2,
@@ -87,7 +75,3 @@ PAPER_RULES: Mapping[str, Callable[[Scenario], RuleAgent]] = MappingProxyType(
     }
 )
 """The constructors of the rules of Table I by their ids."""
-
-
-def _si(observations: Floats32) -> Floats:
-    return obs.to_si(observations).astype(np.float64)

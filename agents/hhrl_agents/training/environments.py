@@ -3,16 +3,15 @@
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
-from hhrl_agents.agent import ACTION, NO_ACTION, OPTION
+from hhrl_agents.agent import ACTION, LEVELS, NO_ACTION, OPTION
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.replay.buffer import Transitions
 from hhrl_agents.stateful import Stateful
 from hhrl_agents.training.drivers import Drivers
 from hhrl_envs import Outcome, Scenario
-from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
+from hhrl_envs.arrays import Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.errors import InputError
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 from hhrl_envs.simulation.simulator import Results
@@ -33,12 +32,8 @@ class StackedEnvironments:
         outcome_counts: episodes of vehicles that ended since `clear_counts`, int64 [E, outcomes].
     """
 
-    def __init__(
-        self, method: Method, scenario: Scenario, num_seeds: int, world_seeds: npt.NDArray[np.uint64], drivers: Drivers
-    ) -> None:
-        shape = (num_seeds, method.config.n_envs)
-        if np.shape(world_seeds) != shape:
-            raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {shape}")
+    def __init__(self, method: Method, scenario: Scenario, num_seeds: int, world_seeds: Keys, drivers: Drivers) -> None:
+        require_world_seeds(world_seeds, num_seeds, method.config.n_envs)
         self._method, self._drivers, self._num_seeds = method, drivers, num_seeds
         self.width = method.config.n_envs * len(drivers.slots)
         self._simulator = drivers.simulator(scenario, world_seeds.size)
@@ -63,7 +58,7 @@ class StackedEnvironments:
             features,
             options,
             np.where(waited.reshape(actions.shape), NO_ACTION, actions),
-            level_rewards(self._method, results, options.reshape(-1)).reshape(*actions.shape, 2),
+            learning_rewards(self._method, results, options.reshape(-1)).reshape(*actions.shape, len(LEVELS)),
             discounts(self._method, results).reshape(actions.shape),
             self._observe(None),
         )
@@ -72,7 +67,7 @@ class StackedEnvironments:
         return step, ended.reshape(actions.shape)
 
     def clear_counts(self) -> None:
-        """Return nothing; count outcomes from zero."""
+        """Count outcomes from zero."""
         self.outcome_counts: Ints = np.zeros((self._num_seeds, len(Outcome)), np.int64)
 
     def parts(self) -> Mapping[str, Stateful]:
@@ -82,7 +77,7 @@ class StackedEnvironments:
         return {"simulator": self._simulator, "memory": self._memory, **remembering}
 
     def look(self) -> None:
-        """Return nothing; make `features` anew from parts that were restored."""
+        """Make `features` anew from parts that were restored."""
         self._results = self._drivers.results(self._simulator)
         self.features = self._observe(np.zeros(len(self._results.outcomes), np.bool_))
 
@@ -112,8 +107,14 @@ class StackedEnvironments:
         np.add.at(self.outcome_counts, (vehicles // self.width, self._results.outcomes[vehicles]), 1)
 
 
-def level_rewards(method: Method, results: Results, options: Ints) -> Floats:
-    """Return the scaled rewards of both levels for the last step, float64 [B, 2], given the selected options [B].
+def require_world_seeds(world_seeds: Keys, num_seeds: int, n_envs: int) -> None:
+    """Raise an `InputError` unless there is a world for each environment of each seed, [num_seeds, n_envs]."""
+    if np.shape(world_seeds) != (num_seeds, n_envs):
+        raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {(num_seeds, n_envs)}")
+
+
+def learning_rewards(method: Method, results: Results, options: Ints) -> Floats:
+    """Return the scaled rewards of both levels for the last step, float64 [B, levels], given the selected options [B].
 
     results: what the agents that learn got from that step.
 
@@ -123,7 +124,7 @@ def level_rewards(method: Method, results: Results, options: Ints) -> Floats:
     counts as truncation its penalty, part of all of them, is left out.
     """
     unsmooth = results.terms[:, UNSMOOTH]
-    rewards = np.empty((len(unsmooth), 2))
+    rewards = np.empty((len(unsmooth), len(LEVELS)))
     if method.hybrid_reward:
         rows = np.arange(len(unsmooth))
         rewards[:, OPTION] = results.reward_option[rows, options]

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hhrl_agents.seeding import restore_streams, save_streams, uniforms
+from hhrl_envs import Scenario
 from hhrl_envs.arrays import Ints
 from hhrl_envs.state import State, read
 
@@ -42,7 +43,7 @@ class Explorer:
         return {**save_streams(self._streams), "tried": self._tried.copy(), "left": self._left.copy()}
 
     def restore(self, state: State) -> None:
-        """Return nothing; see `hhrl_agents.stateful.Stateful`."""
+        """Take up a state; see `hhrl_agents.stateful.Stateful`."""
         restore_streams(self._streams, state)
         self._tried = read(state, "tried", self._tried).copy()
         self._left = read(state, "left", self._left).copy()
@@ -51,3 +52,8 @@ class Explorer:
         """Return the chance to start a trial at a free step that makes trials a share `epsilon` of all steps."""
         duration = (1 + self._longest) / 2
         return epsilon / (epsilon + duration * (1.0 - epsilon))
+
+
+def level_choices(scenario: Scenario) -> dict[str, Ints]:
+    """Return what each level chooses from: the options that the scenario has, and its actions."""
+    return {"option": np.flatnonzero(scenario.option_mask), "action": np.arange(scenario.num_actions)}
