@@ -111,13 +111,42 @@ def _processor() -> str:
     return platform.processor() or platform.machine()
 
 
+_DECISIVE: Mapping[str, tuple[str, ...]] = {
+    "hhrl_envs": (
+        "*.py",
+        "scenario/**/*.py",
+        "simulation/**/*.py",
+        "worlds/**/*.py",
+        *(f"views/{view}.py" for view in ("actions", "arguments", "gym_env", "spaces")),
+    ),
+    "hhrl_agents": ("**/*.py",),
+    "hhrl_bench": (
+        "schema.py",
+        *(f"{folder}/**/*.py" for folder in ("evaluation", "statistics", "tasks", "training")),
+        "transfer/transfer.py",
+        "suites/units.py",
+    ),
+}
+
+
 @cache
 def code_sha256() -> str:
-    """Return the sha256, in hex, of all Python files of the three packages: where it is another, results may be too."""
+    """Return the sha256, in hex, of the code that decides what a unit of a suite comes to; see :func:`hash_code`."""
+    return hash_code({one.__name__: Path(str(one.__file__)).parent for one in (hhrl_envs, hhrl_agents, hhrl_bench)})
+
+
+def hash_code(packages: Mapping[str, Path]) -> str:
+    """Return the sha256, in hex, of the decisive files of the packages in these folders.
+
+    A result is made again where this hash has changed. In it are the scenarios, the simulator and the Gymnasium view,
+    in which PPO learns; all agents and learners; and of the harness what evaluates, trains, reuses, counts and keeps.
+    Not in it is what works on finished results, as leaderboards, tables and figures do, what hands out or shows the
+    work, as executors and the command line do, and what no unit uses: pictures and the other views.
+    """
     sha = hashlib.sha256()
-    for package in (hhrl_envs, hhrl_agents, hhrl_bench):
-        folder = Path(str(package.__file__)).parent
-        for path in sorted(folder.rglob("*.py")):
-            sha.update(f"{package.__name__}/{path.relative_to(folder).as_posix()}:{path.stat().st_size};".encode())
+    for name, folder in packages.items():
+        paths = {path for pattern in _DECISIVE[name] for path in folder.glob(pattern)}
+        for path in sorted(paths, key=lambda one: one.relative_to(folder).as_posix()):
+            sha.update(f"{name}/{path.relative_to(folder).as_posix()}:{path.stat().st_size};".encode())
             sha.update(path.read_bytes())
     return sha.hexdigest()

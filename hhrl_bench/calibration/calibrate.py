@@ -13,7 +13,7 @@ from hhrl_agents.atomic_files import require_writable, write_atomically
 from hhrl_bench.calibration import space, target
 from hhrl_bench.calibration.fit import fit, score
 from hhrl_bench.evaluation.metrics import METRICS, Metric
-from hhrl_bench.progress import Update
+from hhrl_bench.evaluation.results import Update
 from hhrl_bench.provenance import ProvenanceRecord, provenance
 from hhrl_bench.schema import SCHEMA_VERSION, Count, Finite, Name, Positive, Record, Sha256
 from hhrl_bench.tasks.tasks import TEST

@@ -1,6 +1,8 @@
-"""The console that tables are printed on, and the line that says why nothing is to be seen for some seconds."""
+"""The console that tables are printed on, progress on stderr, and the line that says why nothing happens at first."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +10,8 @@ import typer
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from hhrl_bench.evaluation.results import Update
 
 PLAIN_WIDTH = 160
 
@@ -42,3 +46,21 @@ def announce_compiling() -> None:
             pass
 
     event.register("numba:compile", Compiling())  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def progress(title: str) -> Iterator["Update"]:
+    """Return a context whose value shows progress when it is called: a bar on a terminal, plain lines elsewhere."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda done, total, note: console.print(
+            f"{title}: {done:,} of {total:,} {note}".rstrip(), markup=False, highlight=False, soft_wrap=True
+        )
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[note]}"), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title, total=None, note="")
+        yield lambda done, total, note: bar.update(task, completed=done, total=total, note=note)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from hhrl_bench.cli.console import announce_compiling, console
+from hhrl_bench.cli.console import announce_compiling, console, progress
 from hhrl_bench.cli.options import JsonOption
 
 paper_app = typer.Typer()
@@ -21,7 +21,6 @@ def calibrate(
 ) -> None:
     """Fit a world to the paper's Table I and print what is left; exit code 1 if an outcome leaves its interval."""
     from hhrl_bench.calibration.calibrate import check, markdown, search
-    from hhrl_bench.progress import progress
 
     announce_compiling()
     if check_only:

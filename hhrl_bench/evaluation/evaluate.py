@@ -4,7 +4,9 @@ Matrix products may differ in the last bit with the batch's shape, so an agent a
 rows: the last batch is filled up with its last world, and those extra episodes are dropped.
 """
 
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -97,6 +99,24 @@ def rollout_of_episode(agent: Agent, task: Task, episode: int, option: Option | 
 def batches(seeds: Keys, rows: int = BATCH_ROWS) -> Keys:
     """Return the worlds uint64 [N] as batches [., rows]; the last one is filled up with its last world."""
     return np.pad(seeds, (0, -len(seeds) % rows), mode="edge").reshape(-1, rows)
+
+
+@contextmanager
+def one_torch_thread() -> Iterator[None]:
+    """Let torch compute with one thread in this context: the order of a sum is then the same on every machine.
+
+    Small networks gain nothing from more. Nothing happens where torch is not loaded.
+    """
+    torch = sys.modules.get("torch")
+    if torch is None:
+        yield
+        return
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 _EGO, _FRONT = 0, 1

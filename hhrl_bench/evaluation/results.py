@@ -1,13 +1,13 @@
 """Results: the runs of one agent on one task, and what they come to."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import get_args
 
 import numpy as np
 
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
-from hhrl_bench.evaluation.evaluate import ScoredEpisodes, load_opponent, play_task
+from hhrl_bench.evaluation.evaluate import ScoredEpisodes, load_opponent, one_torch_thread, play_task
 from hhrl_bench.evaluation.evidence import pack
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import Kind, LoadedAgent, load_agents
@@ -28,7 +28,6 @@ from hhrl_bench.evaluation.records import (
     metric_record,
 )
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.progress import Update, silent
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import SCHEMA_VERSION, OptionName, OutcomeName, finite
 from hhrl_bench.statistics.intervals import (
@@ -41,10 +40,16 @@ from hhrl_bench.statistics.intervals import (
     wilson,
 )
 from hhrl_bench.tasks.tasks import Task
-from hhrl_bench.torch_threads import one_torch_thread
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Floats
 from hhrl_envs.simulation.trajectory_digest import trajectory_digest
+
+Update = Callable[[int, int, str], None]
+"""What a loop calls to say how much is done, of how much, and a word about it."""
+
+
+def silent(*_: object) -> None:
+    """Do nothing: an ``Update`` that shows nothing."""
 
 
 def evaluate_agent(

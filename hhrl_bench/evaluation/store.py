@@ -6,8 +6,10 @@ policy is published twice.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from hhrl_agents.atomic_files import write_atomically
+from hhrl_agents.policies.checkpoint_file import CheckpointError, read_metadata
 from hhrl_bench.errors import RecordError
 from hhrl_bench.schema import sha256_of
 
@@ -28,6 +30,19 @@ class Store:
     def checkpoint(self, sha256: str) -> Path:
         """Return the path of a checkpoint."""
         return self.folder / "checkpoints" / f"{sha256}.safetensors"
+
+    def checkpoint_metadata(self, sha256: str) -> dict[str, Any]:
+        """Return the metadata of a checkpoint.
+
+        Raises:
+            RecordError: see :func:`read`; or it is no checkpoint of this package.
+        """
+        path = self.checkpoint(sha256)
+        read(path)
+        try:
+            return read_metadata(path)
+        except CheckpointError as error:
+            raise RecordError(f"{path} is no checkpoint of this package: {error}") from error
 
     def add_evidence(self, data: bytes) -> str:
         """Return the sha256 under which the content is kept."""

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from hhrl_bench.errors import RecordError
+from hhrl_bench.evaluation.results import silent
 from hhrl_bench.execution.pools import LocalPool, Pool, RayPool, SerialPool
 from hhrl_bench.execution.progress_folder import ProgressFolder, UnitStatus
 from hhrl_bench.execution.unit import Done, Stages, Unit, unit_status
-from hhrl_bench.progress import silent
 from hhrl_envs import SCENARIOS, Simulator
 
 ATTEMPTS = 3

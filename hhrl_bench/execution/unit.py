@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from hhrl_bench.evaluation.records import TimedResult
+from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.execution.progress_folder import ProgressFolder, UnitStatus
-from hhrl_bench.progress import Update, silent
 from hhrl_envs.errors import InputError, one_line
 
 _FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hhrl_bench.analysis.attention import attention_over_episode
 from hhrl_bench.analysis.records import EpisodeTraceRecord, shown, spoken
+from hhrl_bench.evaluation.evaluate import one_torch_thread
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
 from hhrl_bench.figures import style as fig
 from hhrl_bench.figures.style import (
@@ -24,7 +25,6 @@ from hhrl_bench.figures.style import (
     style,
 )
 from hhrl_bench.tasks.tasks import Task, get_task
-from hhrl_bench.torch_threads import one_torch_thread
 from hhrl_envs import Outcome, Scenario, get_scenario
 from hhrl_envs.arrays import Codes
 

@@ -4,11 +4,10 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import Any
 
-from hhrl_bench import checkpoint_metadata
 from hhrl_bench.evaluation.evidence import read_evidence
 from hhrl_bench.evaluation.metrics import Metric, compared
 from hhrl_bench.evaluation.records import ResultRecord
-from hhrl_bench.evaluation.store import Store, read
+from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, compare
 from hhrl_bench.leaderboard.efficiency import efficiency
 from hhrl_bench.leaderboard.record import method_records
@@ -29,7 +28,7 @@ def derived(
     """
     runs = [run for result in results for run in result.runs]
     hashes = dict.fromkeys(run.checkpoint_sha256 for run in runs if run.checkpoint_sha256 and checkpoints)
-    metadata = [checkpoint_metadata.read(read(store.checkpoint(sha256))) for sha256 in hashes]
+    metadata = [store.checkpoint_metadata(sha256) for sha256 in hashes]
     return {
         "methods": method_records(metadata),
         "comparisons": tuple(_comparisons(results, store)),

@@ -7,14 +7,13 @@ from pathlib import Path
 
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.records import TimedResult
-from hhrl_bench.evaluation.results import task_record
+from hhrl_bench.evaluation.results import silent, task_record
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.progress_folder import ProgressFolder
 from hhrl_bench.execution.run import IN_THIS_PROCESS, Execution, Show, run_stages
 from hhrl_bench.execution.unit import Done, Stages
 from hhrl_bench.leaderboard.entry import build
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.progress import silent
 from hhrl_bench.suites.kinds import Curves, Suite
 from hhrl_bench.suites.units import arm_trainings
 from hhrl_bench.tasks.seeds import format_seeds

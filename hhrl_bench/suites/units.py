@@ -17,9 +17,8 @@ from hhrl_agents.methods.method import Method
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TimedResult
-from hhrl_bench.evaluation.results import evaluate_agent
+from hhrl_bench.evaluation.results import Update, evaluate_agent, silent
 from hhrl_bench.evaluation.store import Store, read
-from hhrl_bench.progress import Update, silent
 from hhrl_bench.provenance import code_sha256
 from hhrl_bench.schema import Record, Sha256
 from hhrl_bench.tasks.tasks import Task
@@ -149,25 +148,28 @@ def arm_trainings(transfer: Transfer, method: Method, episodes: int, store: Stor
 
 
 class OutcomeRecord(Record):
-    """An outcome, and the hash of the code that made it."""
+    """An outcome, and the hashes of the code that made it and of the scenario in which it was made."""
 
     code_sha256: Sha256
+    spec_hash: Sha256
     outcome: TimedResult
 
 
 def keep_outcome(path: Path, make: Callable[[], TimedResult], agent: str, task: Task, store: Store) -> TimedResult:
     """Return the outcome in a file, or the one that ``make`` makes anew, which is then written there.
 
-    It is made anew where there is none, where it was made by other code, where ``agent`` has other checkpoints now, and
-    where the store lacks some of its files or holds damaged ones. An agent that is the user's own code is always scored
-    anew.
+    It is made anew where there is none, where it was made by other code or in a scenario that has changed, where
+    ``agent`` has other checkpoints now, and where the store lacks some of its files or holds damaged ones. An agent
+    that is the user's own code is always scored anew.
     """
+    made_by = {"code_sha256": code_sha256(), "spec_hash": get_scenario(task.scenario).spec_hash}
     known = _read(path)
-    if known and known.code_sha256 == code_sha256() and _still_holds(known.outcome.result, agent, task, store):
+    is_same = known is not None and known.model_dump(include=set(made_by)) == made_by
+    if known and is_same and _still_holds(known.outcome.result, agent, task, store):
         return known.outcome
     outcome = make()
     path.parent.mkdir(parents=True, exist_ok=True)
-    record = OutcomeRecord(code_sha256=code_sha256(), outcome=outcome)
+    record = OutcomeRecord(**made_by, outcome=outcome)
     write_atomically(path, record.model_dump_json(indent=2) + "\n")
     return outcome
 

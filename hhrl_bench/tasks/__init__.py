@@ -1,1 +1,1 @@
-"""TODO."""
+"""Benchmark tasks: scenarios with training budgets and the disjoint seed ranges of their worlds."""

@@ -1,12 +1,11 @@
 """Tasks: a scenario with a training budget and the seeds of its worlds, as data under versioned ids."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.tasks.seeds import SeedRange, consecutive_ranges
-from hhrl_envs import SCENARIOS
+from hhrl_envs import SCENARIOS, Scenario
 
 TRAIN, VALIDATION, TEST = consecutive_ranges("train", "validation", "test")
 
@@ -55,20 +54,46 @@ class Task:
 
 
 _MILD = ("stop-line-v0", "stop-line-paper-v0", "stop-line-heldout-v0", "solo-stop-v0", "follow-v0", "red-light-v0")
-_BUDGETS = dict.fromkeys(_MILD, 300_000)
-_WORLDS = [world for world in SCENARIOS.values() if not world.learned_fronts]
+_BUDGETS = dict.fromkeys((*_MILD, "platoon-v0", "adversary-v0"), 300_000)
+_DEFAULT_BUDGET = 1_000_000
 
-TASKS: Mapping[str, Task] = MappingProxyType(
-    {
-        task.id: task
-        for task in (
-            *(Task(world.id, world.id, env_steps=_BUDGETS.get(world.id, 1_000_000)) for world in _WORLDS),
-            Task("option-only-v0", "stop-line-v0", env_steps=300_000, given_actions=True),
-            Task("platoon-v0", "platoon-v0", env_steps=300_000, shared=True),
-            Task("adversary-v0", "adversary-v0", env_steps=300_000, opponent="adversary", ego="ddqn"),
-        )
-    }
-)
+_DECLARED = (Task("option-only-v0", "stop-line-v0", env_steps=300_000, given_actions=True),)
+"""Tasks that are more than their scenario."""
+
+
+class _Tasks(Mapping[str, Task]):
+    """The tasks by id, derived from the scenarios that are registered when they are looked up."""
+
+    def __getitem__(self, task_id: str) -> Task:
+        return self._by_id()[task_id]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._by_id())
+
+    def __len__(self) -> int:
+        return len(self._by_id())
+
+    @staticmethod
+    def _by_id() -> dict[str, Task]:
+        alone = [_task_of(one) for one in SCENARIOS.values() if not one.learned_fronts]
+        several = [_task_of(one) for one in SCENARIOS.values() if one.learned_fronts]
+        return {task.id: task for task in (*alone, *_DECLARED, *several)}
+
+
+def _task_of(scenario: Scenario) -> Task:
+    """Return a scenario as a task: learned fronts are driven by the ego's policy, an adversary by its own."""
+    budget, has_adversary = _BUDGETS.get(scenario.id, _DEFAULT_BUDGET), scenario.adversary is not None
+    return Task(
+        scenario.id,
+        scenario.id,
+        env_steps=budget,
+        shared=bool(scenario.learned_fronts) and not has_adversary,
+        opponent="adversary" if has_adversary else None,
+        ego="ddqn" if has_adversary else None,
+    )
+
+
+TASKS: Mapping[str, Task] = _Tasks()
 """Every registered scenario as a task of the same id, and `option-only-v0`, whose action level is given."""
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hhrl_agents import METHODS, RULES
-from hhrl_bench import checkpoint_metadata
 from hhrl_bench.errors import AgentError, RecordError
 from hhrl_bench.evaluation.decisions import Trace, recordings
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
@@ -153,7 +152,7 @@ class CheckedResult:
             return
         path = self.store.checkpoint(run.checkpoint_sha256)
         try:
-            found = training_record(checkpoint_metadata.read(read(path)), path)
+            found = training_record(self.store.checkpoint_metadata(run.checkpoint_sha256), path)
         except (AgentError, RecordError) as error:
             yield Finding(f"{place}.checkpoint_sha256", str(error))
             return

@@ -9,17 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from hhrl_bench.evaluation.decisions import Trace
-from hhrl_bench.evaluation.evaluate import ScoredEpisodes, play_task
+from hhrl_bench.evaluation.evaluate import ScoredEpisodes, one_torch_thread, play_task
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.evaluation.records import RunRecord
+from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.progress import Update, silent
 from hhrl_bench.tasks.seeds import RANGE_SIZE, SeedRange
 from hhrl_bench.tasks.tasks import TEST
-from hhrl_bench.torch_threads import one_torch_thread
 from hhrl_bench.verification.checked_result import CheckedResult, checked_results
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Codes, Flags, Keys

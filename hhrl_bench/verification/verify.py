@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 
 from hhrl_bench.errors import UnknownTaskError
-from hhrl_bench.evaluation.results import task_record
+from hhrl_bench.evaluation.results import Update, silent, task_record
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.derived import derived
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.progress import Update, silent
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.transfer.summary import recompute
 from hhrl_bench.verification.checked_result import checked_results, played_task

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from hhrl_bench.evaluation.results import silent
 from hhrl_bench.execution.progress_folder import ProgressFolder
 from hhrl_bench.execution.run import ATTEMPTS, Execution, Overseer, run_units
 from hhrl_bench.execution.unit import Done, Unit
-from hhrl_bench.progress import silent
 from hhrl_bench.suites.units import Evaluation
 from support.scripted_units import TASK, ScriptedUnit, is_running
 

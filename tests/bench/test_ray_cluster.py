@@ -15,9 +15,9 @@ from typing import NamedTuple
 import pytest
 
 from hhrl_bench.errors import RecordError
+from hhrl_bench.evaluation.results import silent
 from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus, UnitStatus
 from hhrl_bench.execution.run import ATTEMPTS, Execution, Overseer, run_units
-from hhrl_bench.progress import silent
 from support.scripted_units import ScriptedUnit, is_running
 from support.sweeps import environment, finish, results, start
 

@@ -12,13 +12,12 @@ from typing import TypeVar
 from benchmarks.systems import Report
 from hhrl_bench.cli.live_view import StudyView
 from hhrl_bench.evaluation.records import TimedResult
-from hhrl_bench.evaluation.results import evaluate_agent
+from hhrl_bench.evaluation.results import Update, evaluate_agent, silent
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.pools import LocalPool, Pool
 from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus, UnitStatus
 from hhrl_bench.execution.run import Overseer, run_units
 from hhrl_bench.execution.unit import Done, Unit, unit_status
-from hhrl_bench.progress import Update, silent
 from hhrl_bench.suites.units import Training
 from hhrl_bench.tasks.tasks import get_task
 

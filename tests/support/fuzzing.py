@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 
 from hhrl_agents.methods.method import Method
-from hhrl_bench import checkpoint_metadata, provenance
+from hhrl_agents.policies.checkpoint_file import METADATA_KEY, read_metadata
+from hhrl_bench import provenance
 from hhrl_bench.evaluation.evidence import unpack
 from hhrl_bench.evaluation.loading import SHIPPED, load_agents, training_record
 from hhrl_bench.evaluation.store import Store
@@ -107,12 +108,17 @@ CHECKPOINT = SHIPPED / "follow-only" / "seed-0.safetensors"
 
 def attack_checkpoint(sandbox: Sandbox, rng: Rng) -> None:
     path = sandbox.folder / "fuzzed.safetensors"
-    path.write_bytes(hostile.change_tensors(CHECKPOINT.read_bytes(), rng, "hhrl-checkpoint"))
+    path.write_bytes(hostile.change_tensors(CHECKPOINT.read_bytes(), rng, METADATA_KEY))
     load_agents(path, SCENARIO)
 
 
 def attack_metadata(sandbox: Sandbox, rng: Rng) -> None:
-    metadata = checkpoint_metadata.read(hostile.change_tensors(CHECKPOINT.read_bytes(), rng, "hhrl-checkpoint"))
+    store = Store(sandbox.folder / "fuzzed")
+    sha256 = store.add_checkpoint(hostile.change_tensors(CHECKPOINT.read_bytes(), rng, METADATA_KEY))
+    try:
+        metadata = store.checkpoint_metadata(sha256)
+    finally:
+        store.checkpoint(sha256).unlink()
     training_record(metadata, sandbox.folder)
     method_records([metadata])
 
@@ -175,7 +181,7 @@ def attack_state(sandbox: Sandbox, rng: Rng) -> None:
 
 
 def _change_state(data: bytes, rng: Rng) -> bytes:
-    return hostile.change_tensors(data, rng, saved_state.FORMAT)
+    return hostile.change_tensors(data, rng, saved_state.STATE_FORMAT)
 
 
 def attack_outcome(sandbox: Sandbox, rng: Rng) -> None:
@@ -233,7 +239,7 @@ def require_one_line(text: str) -> None:
 def unchecked() -> Iterator[None]:
     """Return a context in which hashes of settings and of states agree, as those of a forger do."""
     with pytest.MonkeyPatch.context() as patch:
-        known = checkpoint_metadata.read(CHECKPOINT.read_bytes())["config_hash"]
+        known = read_metadata(CHECKPOINT)["config_hash"]
         patch.setattr(Method, "config_hash", property(lambda _: known))
         patch.setattr(saved_state, "_checksum", lambda *_: "0")
         patch.setattr(provenance, "git_commit", lambda _: None)  # asks git, which is a process

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hhrl_bench.evaluation.records import TimedResult
-from hhrl_bench.evaluation.results import evaluate_agent
-from hhrl_bench.progress import Update, silent
+from hhrl_bench.evaluation.results import Update, evaluate_agent, silent
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_envs import InputError
 
