@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hhrl_bench.evaluation.evaluate import evaluate
     from hhrl_bench.evaluation.loading import load_agent
+    from hhrl_bench.evaluation.metrics import Least, Metric, Sum, register_metric
+    from hhrl_bench.suites.suites import register_suite
 
-__all__ = ["__version__", "evaluate", "load_agent"]
+__all__ = ["Least", "Metric", "Sum", "__version__", "evaluate", "load_agent", "register_metric", "register_suite"]
 
 try:
     __version__ = version("hhrl-bench")
@@ -15,7 +17,13 @@ except PackageNotFoundError:
     __version__ = "0+unknown"
 
 
-_HOMES = {"evaluate": "hhrl_bench.evaluation.evaluate", "load_agent": "hhrl_bench.evaluation.loading"}
+_METRICS = "hhrl_bench.evaluation.metrics"
+_HOMES = {
+    "evaluate": "hhrl_bench.evaluation.evaluate",
+    "load_agent": "hhrl_bench.evaluation.loading",
+    "register_suite": "hhrl_bench.suites.suites",
+    **dict.fromkeys(("Least", "Metric", "Sum", "register_metric"), _METRICS),
+}
 
 
 def __getattr__(name: str) -> Any:

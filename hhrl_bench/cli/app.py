@@ -76,7 +76,20 @@ app.add_typer(leaderboard_app, name="leaderboard")
 def _root(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
+    extension: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MODULE_OR_FILE.py",
+            help="Load a module that registers metrics or scenarios of your own; may be given again. "
+            "HHRL_EXTENSIONS names such modules too.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
+    if extension or "HHRL_EXTENSIONS" in os.environ:
+        from hhrl_bench.extensions import load_extensions
+
+        load_extensions(extension or ())
     if version:
         from hhrl_bench import __version__
 

@@ -1,11 +1,8 @@
 """Agents by name: registered rules and methods, checkpoints, run directories and users' factories."""
 
-import contextlib
 import hashlib
-import importlib
 import inspect
 import re
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -20,6 +17,7 @@ from hhrl_agents import METHODS, RULES, Agent
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.guarded_agent import guarded
 from hhrl_bench.evaluation.records import TrainingRecord
+from hhrl_bench.extensions import import_here
 from hhrl_bench.schema import first_problem
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Scenario, get_scenario
@@ -191,12 +189,8 @@ def _place(make: Callable[..., object]) -> str:
 
 
 def _import(module: str) -> ModuleType:
-    folder = str(Path.cwd())
-    if folder not in sys.path:
-        sys.path.insert(0, folder)
     try:
-        with contextlib.redirect_stdout(sys.stderr):
-            return importlib.import_module(module)
+        return import_here(module)
     except (Exception, SystemExit) as error:
         hint = "write module:factory, the module as in an import statement; it is looked for in the current folder"
         raise AgentError(f"cannot import {module!r}: {type(error).__name__}: {error}; {hint}") from error

@@ -95,8 +95,9 @@ class _ByMetric(Record):
 @cache
 def _model(record: type[_ByMetric], metrics: tuple[Metric, ...]) -> type[Record]:
     """Return the model that holds such a record's values of these metrics as fields; not every entry has every one."""
+    absent = Field(default=None, json_schema_extra=lambda schema: schema.pop("default", None))
     fields: dict[str, Any] = {
-        metric.key: (record._type_of(metric), ... if metric.required else None)  # noqa: SLF001
+        metric.key: (record._type_of(metric), ... if metric.required else absent)  # noqa: SLF001
         for metric in metrics
     }
     return create_model(record.__name__, __base__=Record, __doc__=record.__doc__, **fields)

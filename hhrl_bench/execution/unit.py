@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 from hhrl_bench.evaluation.records import TimedResult
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.execution.progress_folder import ProgressFolder, UnitStatus
+from hhrl_bench.extensions import load_extensions
 from hhrl_envs.errors import InputError, one_line
 
 _FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
@@ -77,6 +78,7 @@ def unit_status(done: Done, seconds: float) -> UnitStatus:
 
 def _attempt(unit: Unit, update: Update) -> Done:
     try:
+        load_extensions()  # this process may be another than the one that was told of them
         return Done(unit, unit.run(update))
     except InputError as error:
         return Done(unit, None, str(error) + _advice(error.__cause__))

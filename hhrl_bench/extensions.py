@@ -1,0 +1,76 @@
+"""Extensions: modules of users that register metrics, scenarios and more of their own, loaded before a command runs."""
+
+import contextlib
+import hashlib
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+from hhrl_envs.errors import InputError
+
+VARIABLE = "HHRL_EXTENSIONS"
+"""The environment variable that names extensions, separated by ``os.pathsep``; processes of a sweep inherit it."""
+
+
+def load_extensions(given: Sequence[str] = ()) -> None:
+    """Load the extensions that the environment names, then the given ones, each once, and name all in the environment.
+
+    Args:
+        given: modules, as in an import statement and also looked for in the current folder, or ``.py`` files.
+
+    Raises:
+        InputError: if one cannot be loaded.
+    """
+    known = [name for name in os.environ.get(VARIABLE, "").split(os.pathsep) if name]
+    names = [str(Path(name).resolve()) if _is_file(name) else name for name in (*known, *given)]
+    for name in names:
+        try:
+            _load_file(Path(name)) if _is_file(name) else import_here(name)
+        except (Exception, SystemExit) as error:
+            why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+            hint = "name a module, as in an import statement, or a file that ends in .py"
+            raise InputError(f"cannot load the extension {name!r}: {why}; {hint}") from error
+    if given:
+        os.environ[VARIABLE] = os.pathsep.join(dict.fromkeys(names))
+
+
+def import_here(module: str) -> ModuleType:
+    """Return a module, which is looked for in the current folder too; what it prints goes to stderr."""
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
+    with contextlib.redirect_stdout(sys.stderr):
+        return importlib.import_module(module)
+
+
+def _is_file(name: str) -> bool:
+    return name.endswith(".py")
+
+
+def _load_file(path: Path) -> ModuleType:
+    """Return the module in a file, under the name of the file if no other module has it."""
+    name = path.stem
+    if name in sys.modules and _file_of(sys.modules[name]) != path:
+        name = f"{name}_{hashlib.sha256(str(path).encode()).hexdigest()[:8]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = spec_from_file_location(name, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise FileNotFoundError(f"there is no file {path}")
+    module = sys.modules[name] = module_from_spec(spec)
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def _file_of(module: ModuleType) -> Path | None:
+    file = getattr(module, "__file__", None)
+    return None if file is None else Path(file).resolve()
