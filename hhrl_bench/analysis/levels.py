@@ -61,7 +61,8 @@ def terms_by_level(steps: Steps) -> Terms:
 
 def _sum(terms: Floats, chosen: Flags) -> Floats:
     """Return the sum over the chosen sub-goals, float64 [n], of their terms [n, K]."""
-    return np.where(chosen, terms, 0.0).sum(axis=1)
+    sums: Floats = np.where(chosen, terms, 0.0).sum(axis=1)
+    return sums
 
 
 def level_rewards(steps: Steps) -> LevelRewardsRecord:

@@ -4,7 +4,7 @@ State elements are keyed by their symbols (``hhrl_envs.observation.SYMBOLS``) an
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Literal, TypeVar, cast
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -143,7 +143,7 @@ class AnalysisRecord(Record):
 
 def outcome_name(code: int) -> OutcomeName:
     """Return how the records spell an ego's outcome (:class:`hhrl_envs.Outcome`)."""
-    return cast(OutcomeName, Outcome(code).name.lower())
+    return Outcome(code).name.lower()
 
 
 def named(record: AnalysisRecord) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from hhrl_bench.cli.console import announce_compiling, console
+from hhrl_bench.cli.console import announce_compiling, console, progress
 from hhrl_bench.cli.options import JsonOption
 from hhrl_bench.leaderboard.level import Level
 
@@ -32,7 +32,7 @@ def show(
 ) -> None:
     """Print a leaderboard as tables."""
     from hhrl_bench.leaderboard import entry
-    from hhrl_bench.tables.leaderboard import print_leaderboard
+    from hhrl_bench.tables.terminal import print_leaderboard
 
     board = entry.read(file)
     if as_json:
@@ -147,9 +147,9 @@ def _verify_entry(
     from hhrl_bench.errors import RecordError
     from hhrl_bench.evaluation.store import Store
     from hhrl_bench.leaderboard import entry
-    from hhrl_bench.progress import progress
     from hhrl_bench.publishing.publication import INDEX
     from hhrl_bench.verification import verify as verification
+    from hhrl_bench.verification.checked_result import checked_results
     from hhrl_bench.verification.rerun import check_fresh
 
     if path.name == INDEX:
@@ -162,7 +162,7 @@ def _verify_entry(
     found += entry.respelt(path, board)
     if found:
         return _Verified(path, list(dict.fromkeys(found)), None)
-    own = [one for one in verification.checked_results(board, store) if not one.playable]
+    own = [one for one in checked_results(board, store) if not one.playable]
     if own and (level == Level.RERUN or fresh is not None):
         why = "they are a user's own code" if board.checkpoints_published else "their checkpoints are not published"
         typer.echo(f"hhrl-bench: {path}: {len(own)} of {len(board.results)} results were not run: {why}", err=True)

@@ -207,7 +207,8 @@ def of_selected(by_option: Floats, option: Ints) -> Floats:
 
 
 def _unsafe(step: "Step") -> Floats:
-    return -step.results.terms[:, [rewards.UNSAFE_SSL, rewards.UNSAFE_FFV]].sum(axis=1)
+    unsafe: Floats = -step.results.terms[:, [rewards.UNSAFE_SSL, rewards.UNSAFE_FFV]].sum(axis=1)
+    return unsafe
 
 
 def _gap(step: "Step") -> Floats:

@@ -6,9 +6,10 @@ two runs of a command (clock, machine, versions) stands in the ``provenance`` bl
 
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, GetJsonSchemaHandler, create_model, model_validator
+from pydantic.config import JsonDict
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -54,6 +55,7 @@ class _ByMetric(Record):
     """
 
     model_config = ConfigDict(extra="allow")
+    _description: ClassVar[str] = ""
 
     @classmethod
     def _type_of(cls, metric: Metric) -> Any:
@@ -89,18 +91,22 @@ class _ByMetric(Record):
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """Return the schema with the metrics that are registered now."""
         schema = handler(_model(cls, tuple(METRICS.values())).__pydantic_core_schema__)
-        return {**handler.resolve_ref_schema(schema), **cls.model_config.get("json_schema_extra", {})}
+        return {**handler.resolve_ref_schema(schema), "description": cls._description or cls.__doc__}
 
 
 @cache
 def _model(record: type[_ByMetric], metrics: tuple[Metric, ...]) -> type[Record]:
     """Return the model that holds such a record's values of these metrics as fields; not every entry has every one."""
-    absent = Field(default=None, json_schema_extra=lambda schema: schema.pop("default", None))
+    absent = Field(default=None, json_schema_extra=_without_default)
     fields: dict[str, Any] = {
         metric.key: (record._type_of(metric), ... if metric.required else absent)  # noqa: SLF001
         for metric in metrics
     }
     return create_model(record.__name__, __base__=Record, __doc__=record.__doc__, **fields)
+
+
+def _without_default(schema: JsonDict) -> None:
+    schema.pop("default", None)
 
 
 class MetricsRecord(_ByMetric):
@@ -109,7 +115,7 @@ class MetricsRecord(_ByMetric):
     What each is, says its declaration in :data:`hhrl_bench.evaluation.metrics.METRICS`.
     """
 
-    model_config = described(
+    _description = (  # the words of the published schema
         "The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.\n\n"
         "``impact_speed``, m/s, is that of the collisions; see :class:`hhrl_bench.episodes.EpisodeRecords`."
     )

@@ -131,8 +131,10 @@ def summarise(runs: Sequence[RunMetricsRecord], records: EpisodeRecords) -> Metr
     """
     metrics = [metric for key, metric in METRICS.items() if all(key in run for run in runs)]
     if len(runs) == 1:
-        return MetricsRecord(**{metric.key: over_episodes(metric, metric.values(records)) for metric in metrics})
-    return MetricsRecord(**{metric.key: over_runs(metric, [run.get(metric.key) for run in runs]) for metric in metrics})
+        found = {metric.key: over_episodes(metric, metric.values(records)) for metric in metrics}
+    else:
+        found = {metric.key: over_runs(metric, [run.get(metric.key) for run in runs]) for metric in metrics}
+    return MetricsRecord.model_validate(found)
 
 
 def over_runs(metric: Metric, means: Sequence[float | None]) -> MetricRecord:

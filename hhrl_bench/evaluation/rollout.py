@@ -50,7 +50,7 @@ class Step:
             self.action[rows],
             self.driven,
             self.running[rows],
-            Results(*(values[rows] for values in self.results)),
+            Results._make(values[rows] for values in self.results),
             self.simulator,
             self.slots[:1],
         )

@@ -172,7 +172,7 @@ def test_rules_that_never_change_the_option_use_one(name: str, only: str) -> Non
     assert sum(row.episodes for row in usage.by_outcome.values()) == EPISODES
     for bins in (usage.by_d_d, usage.by_d_f):
         assert sum(one.steps for one in bins) == len(steps.episode)
-        assert {one.share[only] for one in bins if one.share} == {1.0}  # type: ignore[index]
+        assert {one.share[only] for one in bins if one.share} == {1.0}
 
 
 @pytest.fixture
