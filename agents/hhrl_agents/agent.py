@@ -29,7 +29,7 @@ class Agent(Protocol):
         """
 
     def act(self, observations: Floats32) -> Decision:
-        """Return the option and the action of every row for `observations`, float32 [B, 11]."""
+        """Return the option and the action of every row for `observations`, float32 [B, elements]."""
 
 
 @runtime_checkable
@@ -37,7 +37,7 @@ class HierarchicalAgent(Agent, Protocol):
     """An agent whose action level can be given the option (sub-goal) to pursue."""
 
     def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
-        """Return the actions, int64 [B], that pursue `option`, int64 [B], at `observations`, float32 [B, 11]."""
+        """Return the actions, int64 [B], that pursue `option`, int64 [B], at `observations`, float32 [B, elements]."""
 
 
 LEVELS = ("option", "action")

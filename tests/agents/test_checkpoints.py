@@ -1,5 +1,7 @@
 import contextlib
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ from hhrl_agents.atomic_files import OutputError
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.policies import checkpoints
-from hhrl_agents.policies.checkpoint_file import CheckpointError
+from hhrl_agents.policies.checkpoint_file import SHIPPED, CheckpointError, read_metadata
 from hhrl_agents.policies.checkpoints import frozen_parameters
 from hhrl_agents.policies.learned_agent import LearnedAgent, agent_metadata, make_agent
 from hhrl_agents.seeding import Purpose, generators
@@ -184,3 +186,42 @@ def test_a_failed_save_leaves_what_was(path: Path) -> None:
         checkpoints.save(path.parent / "absent" / path.name, agent_of("ddqn"))
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]
+
+
+def test_metadata_are_read_from_a_path_or_the_content(path: Path, whole: bytes) -> None:
+    path.write_bytes(whole)
+    assert read_metadata(path) == read_metadata(whole) == checkpoints.load(path).metadata
+
+
+@pytest.mark.parametrize("content", [b"", b"{}", bytes(200)])
+def test_metadata_of_what_is_no_checkpoint_are_refused(path: Path, whole: bytes, content: bytes) -> None:
+    for wrong in (content, whole[:-1], whole[:50]):
+        with pytest.raises(CheckpointError, match="not a whole safetensors file"):
+            read_metadata(wrong)
+    with pytest.raises(CheckpointError, match="not a whole safetensors file"):
+        read_metadata(path)
+
+
+@pytest.mark.parametrize("header", ["", "3", '"text"', "[" * 100_000])
+def test_metadata_that_cannot_be_read_are_refused(path: Path, header: str) -> None:
+    save_file({"weight": torch.zeros(3)}, path, {"hhrl-checkpoint": header})
+    with pytest.raises(CheckpointError, match="its metadata are no JSON object"):
+        read_metadata(path)
+
+
+def test_metadata_are_read_without_torch() -> None:
+    code = (
+        "import sys; sys.modules['torch'] = None; from hhrl_agents.policies.checkpoint_file import SHIPPED,"
+        " read_metadata; print(read_metadata(SHIPPED / 'ddqn' / 'seed-0.safetensors')['method'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["ddqn"]
+
+
+@pytest.mark.parametrize(
+    "path", sorted(SHIPPED.rglob("*.safetensors")), ids=lambda path: f"{path.parent.name}-{path.stem}"
+)
+def test_a_shipped_checkpoint_is_what_saving_it_again_writes(path: Path, tmp_path: Path) -> None:
+    again = tmp_path / path.name
+    checkpoints.save(again, checkpoints.load(path))
+    assert again.read_bytes() == path.read_bytes()

@@ -1,5 +1,7 @@
 """What every registered method does: it trains on its task, and its checkpoint alone gives the trained agent back."""
 
+import inspect
+import pkgutil
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +10,12 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
+from hhrl_agents.agent import NO_OPTION
+from hhrl_agents.methods.configs import CONFIGS, LearnerConfig
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies import checkpoint_file, checkpoints
-from hhrl_agents.training.learner import Learner, make_learner
-from hhrl_envs import Scenario, Simulator, get_scenario
+from hhrl_agents.training.learner import NOTHING, Learner, make_learner
+from hhrl_envs import InputError, Option, Scenario, Simulator, get_scenario
 from support.configs import small_methods
 
 SMALL: dict[str, Any] = {
@@ -28,6 +32,9 @@ SMALL: dict[str, Any] = {
 SMALL_METHODS = small_methods(SMALL)
 STEPS = 300
 UPDATES = {"double-dqn": (STEPS - 100) // 4, "pqn": STEPS // 100 * 2 * 4, "ppo": STEPS // 100 * 2 * (100 // 20)}
+"""How many gradient steps the algorithms that come with the package take; a new one has only to take some."""
+LOSSES = {"ppo": {"policy", "value"}}
+"""What is reported of algorithms whose losses are not those of the levels that they learn."""
 
 
 def scenario_of(name: str) -> Scenario:
@@ -37,7 +44,7 @@ def scenario_of(name: str) -> Scenario:
 def trained(name: str) -> Learner:
     method, worlds = SMALL_METHODS[name], np.arange(8, dtype=np.uint64).reshape(2, 4)
     learner = make_learner(method, scenario_of(name), (3, 5), worlds)
-    losses = {"policy", "value"} if method.algorithm == "ppo" else set(method.levels)
+    losses = LOSSES.get(method.algorithm, set(method.levels))
     assert [set(report.losses) for report in learner.train(STEPS)] == [losses] * 3
     return learner
 
@@ -47,7 +54,7 @@ def test_a_method_trains_and_its_checkpoint_is_the_agent(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     learner, again = trained(name), trained(name)
-    assert learner.updates == again.updates == UPDATES[METHODS[name].algorithm]
+    assert learner.updates == again.updates == UPDATES.get(METHODS[name].algorithm, learner.updates) > 0
     assert learner.env_steps == STEPS
     for policy, same in zip(learner.policies(), again.policies(), strict=True):
         assert policy.parameters.keys() == same.parameters.keys()
@@ -63,7 +70,7 @@ def test_a_method_trains_and_its_checkpoint_is_the_agent(
         ours, theirs = agent.act(simulator.observations), loaded.act(simulator.observations)
         np.testing.assert_array_equal(ours.option, theirs.option)
         np.testing.assert_array_equal(ours.action, theirs.action)
-        assert np.isin(ours.option, np.arange(2) if agent.method.hierarchical else [-1]).all()
+        assert np.isin(ours.option, [*Option] if agent.method.hierarchical else [NO_OPTION]).all()
         assert ((ours.action >= 0) & (ours.action < agent.scenario.num_actions)).all()
         simulator.step(ours.action)
 
@@ -98,3 +105,24 @@ def test_levels_that_do_not_go_together_are_refused_in_a_line(changes: dict[str,
     with pytest.raises(ValueError, match=complaint) as error:
         Method("x", **{"option": "learned", **changes})
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("config", CONFIGS.values(), ids=CONFIGS)
+def test_an_algorithm_names_its_learner(config: type[LearnerConfig]) -> None:
+    learner = pkgutil.resolve_name(config.learner)
+    assert issubclass(learner, Learner)
+    assert inspect.signature(learner) == inspect.signature(make_learner).replace(return_annotation=None)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_learner_goes_on_from_its_state_or_says_that_it_cannot(name: str) -> None:
+    method, worlds = SMALL_METHODS[name], np.arange(8, dtype=np.uint64).reshape(2, 4)
+    learner, fresh = (make_learner(method, scenario_of(name), (3, 5), worlds, start=NOTHING) for _ in range(2))
+    next(learner.train(STEPS))
+    state = learner.state()
+    if state is None:
+        with pytest.raises(InputError, match="cannot go on from a state"):
+            fresh.restore({})
+    else:
+        fresh.restore(state)
+        assert (fresh.env_steps, fresh.updates) == (learner.env_steps, learner.updates)

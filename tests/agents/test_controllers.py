@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hhrl_agents.rules.controllers import FollowFrontVehicle, StopAtStopLine, nearest_levels
-from hhrl_envs import get_scenario
+from hhrl_agents.rules.controllers import CONTROLLERS, FollowFrontVehicle, StopAtStopLine, nearest_levels
+from hhrl_envs import SUB_GOALS, get_scenario
 from hhrl_envs import observation as obs
 
 MAIN = get_scenario("stop-line-v0")
@@ -72,3 +72,7 @@ def test_ffv_stands_still_within_its_standstill_gap() -> None:
 
 def test_ffv_survives_a_gap_of_zero() -> None:
     assert np.isfinite(FollowFrontVehicle.for_scenario(MAIN)(state(D_F=0.0))).all()
+
+
+def test_every_sub_goal_has_a_controller() -> None:
+    assert list(CONTROLLERS) == [sub_goal.option for sub_goal in SUB_GOALS]

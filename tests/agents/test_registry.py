@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hhrl_agents import METHODS, RULES, Agent, Decision, HierarchicalAgent
 from hhrl_agents.policies.learned_agent import HierarchicalLearnedAgent
 from hhrl_agents.training.learner import make_learner
-from hhrl_envs import SCENARIOS, Scenario, Simulator, get_scenario
+from hhrl_envs import SCENARIOS, Option, Scenario, Simulator, get_scenario
 from support.configs import with_values
 
 NAMES = [*RULES, *METHODS]
@@ -81,7 +81,7 @@ def test_only_hierarchical_agents_take_an_option(name: str) -> None:
     agent, observations = agent_of(name, scenario), observations_of(scenario, 7)
     assert isinstance(agent, HierarchicalAgent) == (name in RULES or METHODS[name].hierarchical)
     if isinstance(agent, HierarchicalAgent):
-        for option in range(2):
+        for option in Option:
             action = agent.act_with_option(observations, np.full(7, option))
             assert action.shape == (7,)
             assert ((action >= 0) & (action < scenario.num_actions)).all()

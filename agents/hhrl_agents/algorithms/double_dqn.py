@@ -25,6 +25,8 @@ from hhrl_envs.errors import require_value
 class DoubleDQNLearner(StackedLearner):
     """Trains E independent seeds of a method by Double DQN, flat or hierarchical."""
 
+    _values: dict[str, Tensor]
+
     def __init__(
         self,
         method: Method,
@@ -103,7 +105,7 @@ class DoubleDQNLearner(StackedLearner):
 
     def _clear_meters(self) -> None:
         super()._clear_meters()
-        self._values: dict[str, Tensor] = {}
+        self._values = {}
 
 
 def beyond_bound(values: Mapping[str, Tensor], largest_reward: Floats, gamma: float) -> dict[int, str]:

@@ -113,7 +113,9 @@ class Method:
             InputError: if an entry is missing or not known, or a value not allowed.
         """
         try:
-            config = {name: tuple(v) if isinstance(v, list) else v for name, v in data["config"].items()}
+            config: dict[str, Any] = {
+                name: tuple(v) if isinstance(v, list) else v for name, v in data["config"].items()
+            }
             ffv = data["ffv"] and cls.from_data(data["ffv"]["id"], _without(data["ffv"], "id"))
             made = {"ffv": ffv, "config": CONFIGS[data["algorithm"]](**config)}
             method = cls(method_id, **{**_without(data, "algorithm"), **made})
