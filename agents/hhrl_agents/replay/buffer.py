@@ -102,7 +102,7 @@ class ReplayBuffer:
         flat = torch.from_numpy((indices + self._first_rows).reshape(-1)).to(self._rows.device)
         rows = self._rows.view(-1, self._rows.shape[2]).index_select(0, flat).view(*indices.shape, -1).transpose(1, 2)
         following, numbers = self._features, rows[:, 2 * self._features :]
-        rewards, discounts, choices = torch.split(numbers, (len(LEVELS), 1, 2), dim=1)
+        rewards, discounts, choices = torch.split(numbers, [len(LEVELS), 1, 2], dim=1)
         options, actions = torch.split(choices.long(), 1, dim=1)
         return MiniBatch(
             observations=rows[:, :following],

@@ -30,7 +30,7 @@ class Drivers(NamedTuple):
         """
         agents = sorted([*self.slots, *self.others])
         if agents != list(range(len(agents))):
-            raise InputError(f"the simulation drives the vehicles {agents}; name each of 0 to {agents[-1]} once")
+            raise InputError(f"an agent drives the vehicles {agents}; name each of 0 to {agents[-1]} once")
         return Simulator(scenario, rows, learned_fronts=len(agents) - 1)
 
     def results(self, simulator: Simulator) -> Results:

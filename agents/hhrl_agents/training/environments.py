@@ -71,12 +71,12 @@ class StackedEnvironments:
         self.outcome_counts: Ints = np.zeros((self._num_seeds, len(Outcome)), np.int64)
 
     def parts(self) -> Mapping[str, Stateful]:
-        """Return what a learner has to save of the environments, by its name; see `look` for what follows."""
+        """Return what a learner has to save of the environments, by its name; after `restore`, call `refresh`."""
         others = {f"other-{slot}": agent for slot, agent in self._drivers.others.items()}
         remembering = {name: agent for name, agent in others.items() if isinstance(agent, Stateful)}
         return {"simulator": self._simulator, "memory": self._memory, **remembering}
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Make `features` anew from parts that were restored."""
         self._results = self._drivers.results(self._simulator)
         self.features = self._observe(np.zeros(len(self._results.outcomes), np.bool_))

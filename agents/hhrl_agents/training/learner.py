@@ -235,7 +235,7 @@ class StackedLearner(Learner):
         scatter(self._parts(), state)
         self.env_steps, self.updates = read_count(state, "env_steps"), read_count(state, "updates")
         self._clear_meters()
-        self._environments.look()
+        self._environments.refresh()
 
     def _parts(self) -> dict[str, Stateful]:
         """Return what has a state of its own, by the name before its entries in the learner's state."""
