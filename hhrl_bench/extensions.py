@@ -15,6 +15,8 @@ from hhrl_envs.errors import InputError
 VARIABLE = "HHRL_EXTENSIONS"
 """The environment variable that names extensions, separated by ``os.pathsep``; processes of a sweep inherit it."""
 
+_hashes: dict[str, str] = {}
+
 
 def load_extensions(given: Sequence[str] = ()) -> None:
     """Load the extensions that the environment names, then the given ones, each once, and name all in the environment.
@@ -29,13 +31,20 @@ def load_extensions(given: Sequence[str] = ()) -> None:
     names = [str(Path(name).resolve()) if _is_file(name) else name for name in (*known, *given)]
     for name in names:
         try:
-            _load_file(Path(name)) if _is_file(name) else import_here(name)
+            module = _load_file(Path(name)) if _is_file(name) else import_here(name)
         except (Exception, SystemExit) as error:
             why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             hint = "name a module, as in an import statement, or a file that ends in .py"
             raise InputError(f"cannot load the extension {name!r}: {why}; {hint}") from error
+        if name not in _hashes:
+            _hashes[name] = _hash(module)
     if given:
         os.environ[VARIABLE] = os.pathsep.join(dict.fromkeys(names))
+
+
+def extension_hashes() -> list[str]:
+    """Return the sha256 of the file of every extension that was loaded, as it was then, in the order of their names."""
+    return [_hashes[name] for name in sorted(_hashes)]
 
 
 def import_here(module: str) -> ModuleType:
@@ -74,3 +83,8 @@ def _load_file(path: Path) -> ModuleType:
 def _file_of(module: ModuleType) -> Path | None:
     file = getattr(module, "__file__", None)
     return None if file is None else Path(file).resolve()
+
+
+def _hash(module: ModuleType) -> str:
+    file = _file_of(module)
+    return hashlib.sha256(file.read_bytes() if file and file.is_file() else b"").hexdigest()

@@ -17,7 +17,8 @@ from pydantic import Field
 import hhrl_agents
 import hhrl_bench
 import hhrl_envs
-from hhrl_bench.schema import Commit, Name, Positive, Record
+from hhrl_bench.extensions import extension_hashes
+from hhrl_bench.schema import Commit, Name, Positive, Record, sha256_of
 
 PACKAGES = ("numpy", "numba", "scipy", "gymnasium", "pettingzoo", "torch", "safetensors", "pydantic")
 
@@ -129,9 +130,17 @@ _DECISIVE: Mapping[str, tuple[str, ...]] = {
 }
 
 
-@cache
 def code_sha256() -> str:
-    """Return the sha256, in hex, of the code that decides what a unit of a suite comes to; see :func:`hash_code`."""
+    """Return the sha256, in hex, of the code that decides what a unit comes to: our own, and loaded extensions.
+
+    See :func:`hash_code` for what of our own code that is.
+    """
+    own, extensions = _own_code_sha256(), extension_hashes()
+    return sha256_of("".join([own, *extensions]).encode()) if extensions else own
+
+
+@cache
+def _own_code_sha256() -> str:
     return hash_code({one.__name__: Path(str(one.__file__)).parent for one in (hhrl_envs, hhrl_agents, hhrl_bench)})
 
 

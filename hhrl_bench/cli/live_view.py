@@ -1,11 +1,10 @@
-"""The view of a study under way, on stderr: live on a terminal, plain lines anywhere else."""
+"""How far a study is, on the screen: live on a terminal, plain lines anywhere else, and what ``--status`` prints."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
-from pathlib import Path
+from datetime import timedelta
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -13,19 +12,16 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus, UnitStatus
-from hhrl_bench.execution.run import Execution
+from hhrl_bench.execution.progress_folder import ProgressFolder, UnitStatus
 from hhrl_bench.execution.unit import Done, unit_status
-from hhrl_bench.suites.study import Study
-from hhrl_envs.errors import one_line
 
 LINE_INTERVAL = 60.0
 """Seconds between plain lines about the units that run."""
 
 
 @dataclass
-class Tally:
-    """How many of ``units`` are done and failed, and the seconds that those done have taken, each when it was done."""
+class UnitCounts:
+    """How many of ``units`` are done and failed, and the seconds that those done have taken."""
 
     units: int
     done: int = 0
@@ -64,7 +60,7 @@ class StudyView:
         say: Callable[[str], None] | None = None,
         draw: Callable[[RenderableType], None] | None = None,
     ) -> None:
-        self._name, self._tally, self._say, self._draw = name, Tally(units), say, draw
+        self._name, self._counts, self._say, self._draw = name, UnitCounts(units), say, draw
         self._running: Sequence[UnitStatus] = ()
         self._due = time.monotonic() + LINE_INTERVAL
 
@@ -75,32 +71,71 @@ class StudyView:
             self._draw(self._picture())
         elif self._say and running and time.monotonic() >= self._due:
             self._due = time.monotonic() + LINE_INTERVAL
-            self._say(f"suite {self._name}: {self._tally.text(running)}")
+            self._say(f"suite {self._name}: {self._counts.text(running)}")
             for status in running:
                 self._say(f"  {status.unit}: {status.share:.0%} {status.note}".rstrip())
 
     def ended(self, done: Done) -> None:
         """Show that a unit has ended."""
         status = unit_status(done, 0.0)
-        self._tally.add(status)
+        self._counts.add(status)
         self._running = [one for one in self._running if one.unit != done.unit.name]
         if self._draw:
             self._draw(self._picture())
         elif self._say:
-            ended = self._tally.done + self._tally.failed
+            ended = self._counts.done + self._counts.failed
             said = status.note if done.outcome else "failed"
-            self._say(f"suite {self._name}: {ended:,} of {self._tally.units:,} {done.unit.name}: {said}")
+            self._say(f"suite {self._name}: {ended:,} of {self._counts.units:,} {done.unit.name}: {said}")
 
     def _picture(self) -> Group:
-        tally = self._tally
+        counts = self._counts
         line = Table.grid(padding=(0, 1))
-        share = tally.done + tally.failed + sum(status.share for status in self._running)
-        bar = ProgressBar(total=tally.units, completed=share, width=24)
-        line.add_row(Text(f"suite {self._name}"), bar, Text(tally.text(self._running)))
-        return Group(line, unit_table(self._running))
+        share = counts.done + counts.failed + sum(status.share for status in self._running)
+        bar = ProgressBar(total=counts.units, completed=share, width=24)
+        line.add_row(Text(f"suite {self._name}"), bar, Text(counts.text(self._running)))
+        return Group(line, _unit_table(self._running))
 
 
-def unit_table(units: Sequence[UnitStatus]) -> Table:
+@contextmanager
+def study_view(name: str, units: int) -> Iterator[StudyView]:
+    """Return a context with the view of a study of so many units, on stderr."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield StudyView(
+            name, units, say=lambda line: console.print(line, markup=False, highlight=False, soft_wrap=True)
+        )
+        return
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+        yield StudyView(name, units, draw=lambda picture: live.update(picture, refresh=True))
+
+
+def print_status(console: Console, progress: ProgressFolder) -> None:
+    """Print how many units are done, and how far each is that runs or why it has failed.
+
+    Raises:
+        RecordError: in one line, if the folder holds no study.
+    """
+    study = progress.study()
+    units = [status for name in study.units if (status := progress.unit(name))]
+    counts = UnitCounts(len(study.units))
+    for status in units:
+        counts.add(status)
+    at_work = progress.is_open()
+    running = [status for status in units if status.state == "running"]
+    state = f"at work since {study.started}" if at_work else "no run is at work"
+    text = f"suite {study.study}: {counts.text(running if at_work else ())} ({study.executor}, {state})"
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
+    failed = [status for status in units if status.state == "failed"]
+    if running or failed:
+        console.print(_unit_table([*(running if at_work else map(_stopped, running)), *failed]))
+
+
+def _stopped(status: UnitStatus) -> UnitStatus:
+    """Return the status of a unit that nobody goes on with."""
+    return status.model_copy(update={"note": f"stopped; {status.note}".rstrip("; ")})
+
+
+def _unit_table(units: Sequence[UnitStatus]) -> Table:
     """Return a row for each unit: what it is called, how far it is, its success rates or why it has failed."""
     table = Table(box=None, show_header=False, pad_edge=True)
     table.add_column(overflow="fold")
@@ -112,63 +147,3 @@ def unit_table(units: Sequence[UnitStatus]) -> Table:
             Text(status.unit), Text(state, style="red" if status.state == "failed" else ""), Text(status.note)
         )
     return table
-
-
-@contextmanager
-def study_view(name: str, units: int) -> Iterator[StudyView]:
-    """Return a context with the view of a study of so many units."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield StudyView(
-            name, units, say=lambda line: console.print(line, markup=False, highlight=False, soft_wrap=True)
-        )
-        return
-    with Live(console=console, auto_refresh=False, transient=True) as live:
-        yield StudyView(name, units, draw=lambda picture: live.update(picture, refresh=True))
-
-
-FOLDER = "progress"
-
-
-def study_board(folder: Path) -> ProgressFolder:
-    """Return the board of the study whose trainings lie in ``folder``."""
-    return ProgressFolder(folder / FOLDER)
-
-
-def study_status(study: Study, execution: Execution) -> StudyStatus:
-    """Return what a study that begins now has to do."""
-    units = tuple(one_line(unit.name) for stage in study.stages for unit in stage)
-    started = datetime.now(UTC).isoformat(timespec="seconds")
-    return StudyStatus(study=study.name, executor=execution.executor, started=started, units=units)
-
-
-def print_status(console: Console, board: ProgressFolder) -> None:
-    """Print how many units are done, and how far each is that runs or why it has failed.
-
-    Raises:
-        RecordError: in one line, if the board is none.
-    """
-    study = board.study()
-    units = [status for name in study.units if (status := board.unit(name))]
-    tally = Tally(len(study.units))
-    for status in units:
-        tally.add(status)
-    at_work = board.is_open()
-    running = [status for status in units if status.state == "running"]
-    state = f"at work since {study.started}" if at_work else "no run is at work"
-    text = f"suite {study.study}: {tally.text(running if at_work else ())} ({study.executor}, {state})"
-    console.print(text, markup=False, highlight=False, soft_wrap=True)
-    rest = [_stopped(status, at_work=at_work) for status in (*running, *_failed(units))]
-    if rest:
-        console.print(unit_table(rest))
-
-
-def _failed(units: Sequence[UnitStatus]) -> list[UnitStatus]:
-    return [status for status in units if status.state == "failed"]
-
-
-def _stopped(status: UnitStatus, *, at_work: bool) -> UnitStatus:
-    """Return the status of a unit, which says so if nobody goes on with it."""
-    if at_work or status.state != "running":
-        return status
-    return status.model_copy(update={"note": f"stopped; {status.note}".rstrip("; ")})

@@ -78,15 +78,15 @@ def run(
     unit_timeout: UnitTimeoutOption = None,
 ) -> None:
     """Run a suite, print its table and write its leaderboard; what was stopped goes on; exit code 1 if a unit fails."""
-    from hhrl_bench.cli.live_view import print_status, study_board
+    from hhrl_bench.cli.live_view import print_status
     from hhrl_bench.evaluation.loading import require_playable
-    from hhrl_bench.suites.kinds import ScoreSuite
+    from hhrl_bench.execution.progress_folder import ProgressFolder
     from hhrl_bench.suites.study import suite_study
-    from hhrl_bench.suites.suites import get_suite
+    from hhrl_bench.suites.suites import ScoreSuite, get_suite
     from hhrl_bench.tasks.tasks import get_task
 
     if status is not None:
-        print_status(console(), study_board(status))
+        print_status(console(), ProgressFolder.within(status))
         return
     announce_compiling()
     execution = _execution(executor, workers, address, unit_timeout)
@@ -145,10 +145,10 @@ def robustness(
     """Score agents in ordinary traffic, among held-out drivers, and behind a trained adversary."""
     from hhrl_bench.evaluation.loading import require_playable
     from hhrl_bench.execution.run import IN_THIS_PROCESS
-    from hhrl_bench.suites.kinds import ScoreSuite
     from hhrl_bench.suites.study import suite_study
-    from hhrl_bench.suites.suites import get_suite
-    from hhrl_bench.tables.terminal import print_overview
+    from hhrl_bench.suites.suites import ScoreSuite, get_suite
+    from hhrl_bench.tables.success import success_table
+    from hhrl_bench.tables.terminal import print_table
     from hhrl_bench.tasks.tasks import get_task
 
     announce_compiling()
@@ -162,7 +162,7 @@ def robustness(
     if as_json:
         typer.echo(board.model_dump_json(indent=2))
     else:
-        print_overview(console(), board)
+        print_table(console(), success_table(board.tasks, [board]))
 
 
 def _execution(executor: Executor, workers: int | None, address: str | None, unit_timeout: float | None) -> "Execution":
@@ -181,14 +181,14 @@ def _execution(executor: Executor, workers: int | None, address: str | None, uni
 def _publish(study: "Study", path: Path, folder: Path, execution: "Execution") -> None:
     """Do a study, write and print its leaderboard; leave with exit code 1 if a unit has failed."""
     from hhrl_agents.atomic_files import require_writable
-    from hhrl_bench.cli.live_view import study_board, study_status
+    from hhrl_bench.execution.progress_folder import ProgressFolder
     from hhrl_bench.leaderboard import entry
-    from hhrl_bench.tables.leaderboard import print_leaderboard
+    from hhrl_bench.tables.terminal import print_leaderboard
 
     require_writable(path)
-    progress_board = study_board(folder)
-    with progress_board.opened(study_status(study, execution)):
-        board = _do(study, execution, progress_board)
+    progress = ProgressFolder.within(folder)
+    with progress.opened(study.status(execution)):
+        board = _do(study, execution, progress)
     if board is None:
         typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
         raise typer.Exit(1)
@@ -197,13 +197,13 @@ def _publish(study: "Study", path: Path, folder: Path, execution: "Execution") -
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
 
 
-def _do(study: "Study", execution: "Execution", board: "ProgressFolder | None" = None) -> "LeaderboardRecord | None":
+def _do(study: "Study", execution: "Execution", progress: "ProgressFolder | None" = None) -> "LeaderboardRecord | None":
     """Do the units of a study and say which have failed; return its leaderboard, or None if one has."""
     from hhrl_bench.cli.live_view import study_view
 
     done: list[Done] = []
-    with study_view(study.name, study.units) as view:
-        for one in study.run(execution, board, view.show):
+    with study_view(study.name, len(study.units)) as view:
+        for one in study.run(execution, progress, view.show):
             done.append(one)
             view.ended(one)
     failed = [one for one in done if one.outcome is None]

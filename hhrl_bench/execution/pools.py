@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from multiprocessing import parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
@@ -18,6 +18,7 @@ from typing import Any
 from hhrl_bench.errors import ClusterError
 from hhrl_bench.execution.progress_folder import ProgressFolder
 from hhrl_bench.execution.unit import Done, Unit, attempt
+from hhrl_bench.extensions import VARIABLE, load_extensions
 from hhrl_bench.provenance import software
 from hhrl_envs.errors import InputError, require
 
@@ -199,6 +200,8 @@ def _begin_worker() -> None:
     """Leave interrupts to the process that hands out the units, and end when that has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(InputError):  # said again when a unit is attempted
+        load_extensions()  # one of them may define the class of a unit that is to be read
 
 
 def _end_with_parent() -> None:
@@ -270,7 +273,8 @@ class RayPool(Pool):
         self._references: dict[Future[Done], Any] = {}
 
     def _submit(self, unit: Unit) -> Future[Done]:
-        reference = self._task.remote(unit, self._folder, Path.cwd(), software())
+        extensions = os.environ.get(VARIABLE, "")
+        reference = self._task.remote(unit, self._folder, Path.cwd(), extensions, software())
         future: Future[Done] = reference.future()
         self._references[future] = reference
         return future
@@ -304,11 +308,15 @@ def _require_listener(address: str) -> None:
         raise ClusterError(f"no Ray cluster answers at {address}; start one with: ray start --head") from error
 
 
-def attempt_on_node(unit: Unit, folder: ProgressFolder | None, working: Path, versions: dict[str, str]) -> Done:
-    """Do a unit on a node, from the working directory of the driver, if the node has its versions and folders."""
+def attempt_on_node(
+    unit: Unit, folder: ProgressFolder | None, working: Path, extensions: str, versions: dict[str, str]
+) -> Done:
+    """Do a unit on a node, from the driver's working directory and with its extensions, if all is the same there."""
     try:
-        _require_same(_software(), versions)
         os.chdir(working)
+        os.environ[VARIABLE] = extensions
+        load_extensions()
+        _require_same(_software(), versions)
         if folder is not None:
             folder.study()
     except (OSError, InputError) as error:

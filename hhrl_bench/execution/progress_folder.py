@@ -66,9 +66,14 @@ AnyStatus = TypeVar("AnyStatus", StudyStatus, UnitStatus)
 
 @dataclass(frozen=True, slots=True)
 class ProgressFolder:
-    """The progress of the study whose trainings lie beside ``path``."""
+    """The progress folder at ``path``."""
 
     path: Path
+
+    @classmethod
+    def within(cls, work: Path) -> "ProgressFolder":
+        """Return the progress folder of the study whose trainings lie in the folder ``work``."""
+        return cls(work / "progress")
 
     @contextmanager
     def opened(self, study: StudyStatus) -> Iterator[None]:

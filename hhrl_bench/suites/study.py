@@ -3,18 +3,19 @@
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.records import TimedResult
 from hhrl_bench.evaluation.results import silent, task_record
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.execution.progress_folder import ProgressFolder
+from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus
 from hhrl_bench.execution.run import IN_THIS_PROCESS, Execution, Show, run_stages
-from hhrl_bench.execution.unit import Done, Stages
+from hhrl_bench.execution.unit import Done, Stages, Unit
 from hhrl_bench.leaderboard.entry import build
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.suites.kinds import Curves, Suite
+from hhrl_bench.suites.suites import Curves, Suite
 from hhrl_bench.suites.units import arm_trainings
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.tasks.tasks import Task, get_task
@@ -23,6 +24,7 @@ from hhrl_bench.training.reuse import load_source
 from hhrl_bench.transfer.summary import transfer_record
 from hhrl_bench.transfer.transfer import Transfer, sensible_arms
 from hhrl_envs import get_scenario
+from hhrl_envs.errors import one_line
 
 
 @dataclass(frozen=True)
@@ -52,9 +54,18 @@ class Study:
             task.test.take(self.episodes)
 
     @property
-    def units(self) -> int:
-        """How many units there are."""
-        return sum(map(len, self.stages))
+    def units(self) -> tuple[Unit, ...]:
+        """The units of all stages."""
+        return tuple(unit for stage in self.stages for unit in stage)
+
+    def status(self, execution: Execution) -> StudyStatus:
+        """Return what is to be done if it begins now."""
+        return StudyStatus(
+            study=self.name,
+            executor=execution.executor,
+            started=datetime.now(UTC).isoformat(timespec="seconds"),
+            units=tuple(one_line(unit.name) for unit in self.units),
+        )
 
     def run(
         self, execution: Execution = IN_THIS_PROCESS, progress: ProgressFolder | None = None, show: Show = silent
@@ -65,7 +76,7 @@ class Study:
     def leaderboard(self, done: Sequence[Done], executor: str = "local") -> LeaderboardRecord:
         """Return the leaderboard of all units, in their own order whatever the order they were done in."""
         outcomes: dict[str, TimedResult] = {one.unit.name: one.outcome for one in done if one.outcome}
-        results = [outcomes[unit.name] for stage in self.stages for unit in stage]
+        results = [outcomes[unit.name] for unit in self.units]
         tasks = [task_record(task, self.episodes) for task in self.tasks]
         trainings = [read_outcomes(training.folder, training.seeds) for training in self.curves.trainings]
         transfer = transfer_record(self.curves.transfers)

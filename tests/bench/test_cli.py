@@ -16,8 +16,7 @@ from hhrl_bench.evaluation.loading import load_agent
 from hhrl_bench.evaluation.records import EvaluationRecord
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites import suites, units
-from hhrl_bench.suites.kinds import ScoreSuite
-from hhrl_bench.suites.suites import SUITES
+from hhrl_bench.suites.suites import SUITES, ScoreSuite
 from hhrl_bench.tasks.tasks import TASKS
 from support.command_line import invoke
 

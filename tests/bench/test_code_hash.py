@@ -1,6 +1,7 @@
 """The hash of the code: what can change the outcome of a unit changes it, and nothing else does."""
 
 import shutil
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 import hhrl_agents
 import hhrl_bench
 import hhrl_envs
+from hhrl_bench import extensions
 from hhrl_bench.provenance import code_sha256, hash_code
 
 PACKAGES = {one.__name__: Path(str(one.__file__)).parent for one in (hhrl_envs, hhrl_agents, hhrl_bench)}
@@ -19,6 +21,7 @@ HARMLESS = {
     "hhrl_envs.views.triad": "makes the constructors of the views",
     "hhrl_bench": "names what lies in the folders",
     "hhrl_bench.errors": "names errors",
+    "hhrl_bench.extensions": "loads modules, whose own code is in the hash",
     "hhrl_bench.provenance": "describes a result that is there",
     "hhrl_bench.text": "names files",
 }
@@ -96,9 +99,21 @@ def test_a_new_file_below_a_folder_that_decides_changes_the_hash(copies: Mapping
     assert hash_code(copies) == before
 
 
+def test_an_extension_is_in_the_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, hashes = tmp_path / "of_mine.py", {code_sha256()}
+    for value in (1, 2):
+        path.write_text(f"VALUE = {value}\n")
+        monkeypatch.setenv(extensions.VARIABLE, "")
+        monkeypatch.setattr(extensions, "_hashes", {})
+        extensions.load_extensions([str(path)])
+        sys.modules.pop("of_mine")
+        hashes.add(code_sha256())
+    assert len(hashes) == 3
+
+
 def test_all_that_a_unit_imports_is_in_the_hash_or_harmless(copies: Mapping[str, Path]) -> None:
     grimp = pytest.importorskip("grimp")
-    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None, exclude_type_checking_imports=True)
     found_by_name = {one for one in graph.modules if one.startswith(("hhrl_agents.", "hhrl_envs.worlds."))}
     starts = {"hhrl_bench.suites.units", *found_by_name}
     imported = {one for start in starts for one in graph.find_upstream_modules(start)} | starts

@@ -8,8 +8,8 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.figures.watch import failures, film_failures
 from hhrl_bench.leaderboard import entry as leaderboard
-from hhrl_bench.suites.kinds import ScoreSuite
 from hhrl_bench.suites.study import suite_study
+from hhrl_bench.suites.suites import ScoreSuite
 from hhrl_envs import Outcome
 from support.command_line import invoke
 

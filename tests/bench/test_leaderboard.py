@@ -16,9 +16,8 @@ from hhrl_bench.leaderboard import entry
 from hhrl_bench.leaderboard.entry import read, write
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites import units
-from hhrl_bench.suites.kinds import ScoreSuite, Suite
 from hhrl_bench.suites.study import suite_study
-from hhrl_bench.suites.suites import SUITES, get_suite
+from hhrl_bench.suites.suites import SUITES, ScoreSuite, Suite, get_suite
 from hhrl_bench.tasks.tasks import TASKS, TEST
 
 TINY = ScoreSuite("tiny", agents=("rule-1", "rule-2"), tasks=("stop-line-v0",), episodes=30)

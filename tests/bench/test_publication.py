@@ -10,7 +10,7 @@ from hhrl_bench.leaderboard import entry as leaderboard
 from hhrl_bench.publishing import publication
 from hhrl_bench.publishing.publication import IndexRecord
 from hhrl_bench.suites import suites
-from hhrl_bench.suites.kinds import ScoreSuite
+from hhrl_bench.suites.suites import ScoreSuite
 from support.command_line import invoke
 
 TINY = ScoreSuite("tiny", agents=("rule-1", "rule-plus"), tasks=("stop-line-v0", "solo-stop-v0"), episodes=20)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.suites.kinds import ScoreSuite
+from hhrl_bench.suites.suites import ScoreSuite
 from support.command_line import invoke
 
 TINY = ScoreSuite("quick", agents=("rule-2",), tasks=("stop-line-v0",), episodes=5)

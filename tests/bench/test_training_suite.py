@@ -12,9 +12,8 @@ pytest.importorskip("torch")
 
 from hhrl_bench.leaderboard import entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.suites.kinds import TrainingSuite
 from hhrl_bench.suites.study import suite_study
-from hhrl_bench.suites.suites import SUITES
+from hhrl_bench.suites.suites import SUITES, TrainingSuite
 from hhrl_bench.tasks.tasks import TASKS
 from hhrl_bench.training import train as training
 from hhrl_bench.training.learning_curves import TRAINING_OUTCOMES

@@ -16,8 +16,8 @@ from hhrl_bench.evaluation.evaluate import play  # noqa: E402
 from hhrl_bench.execution.unit import Unit  # noqa: E402
 from hhrl_bench.leaderboard import entry  # noqa: E402
 from hhrl_bench.leaderboard.record import LeaderboardRecord  # noqa: E402
-from hhrl_bench.suites.kinds import TransferSuite  # noqa: E402
 from hhrl_bench.suites.study import suite_study, transfer_study  # noqa: E402
+from hhrl_bench.suites.suites import TransferSuite  # noqa: E402
 from hhrl_bench.tasks.tasks import get_task  # noqa: E402
 from hhrl_bench.training import train as training  # noqa: E402
 from hhrl_bench.training.reuse import load_source  # noqa: E402

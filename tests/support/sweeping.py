@@ -5,7 +5,7 @@ from pathlib import Path
 
 from hhrl_bench.cli import main
 from hhrl_bench.suites import suites
-from hhrl_bench.suites.kinds import TrainingSuite
+from hhrl_bench.suites.suites import TrainingSuite
 from hhrl_bench.suites.units import Training
 
 RULES = ("rule-1", "rule-2", "rule-3", "rule-4", "rule-4-literal", "rule-plus")

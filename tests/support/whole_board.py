@@ -10,8 +10,8 @@ import numpy as np
 
 from hhrl_bench.leaderboard.efficiency import efficiency
 from hhrl_bench.leaderboard.record import LeaderboardRecord, MethodRecord
-from hhrl_bench.suites.kinds import ScoreSuite
 from hhrl_bench.suites.study import suite_study
+from hhrl_bench.suites.suites import ScoreSuite
 from support.trainings import training
 from support.transfers import study
 
