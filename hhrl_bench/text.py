@@ -9,6 +9,9 @@ WIDTH = 24
 LONGEST = 100
 """Letters of a file's name."""
 
+NONE = "\N{EN DASH}"
+"""What stands where there is no number."""
+
 _PIECE = re.compile(r"[^-/:._ ]*[-/:._ ]?")
 
 
@@ -22,9 +25,9 @@ def folded(name: str, width: int = WIDTH) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def indented(name: str) -> str:
+def indented(name: str, width: int = WIDTH) -> str:
     """Return a name folded, every line below the heading of its group."""
-    return "\n".join(f"  {line}" for line in folded(name).splitlines())
+    return "\n".join(f"  {line}" for line in folded(name, width).splitlines())
 
 
 def file_name(name: str) -> str:
@@ -38,6 +41,3 @@ def file_name(name: str) -> str:
 def _pieces(name: str, width: int) -> list[str]:
     pieces = _PIECE.findall(" ".join(name.split()))
     return [piece[start : start + width] for piece in pieces for start in range(0, len(piece), width)]
-
-
-NONE = "\N{EN DASH}"

@@ -106,7 +106,8 @@ def evaluate(
     from hhrl_bench.evaluation.guarded_agent import option_name
     from hhrl_bench.evaluation.loading import require_playable
     from hhrl_bench.evaluation.results import evaluation_record, task_record
-    from hhrl_bench.tables.results import print_results
+    from hhrl_bench.tables.results import results_table
+    from hhrl_bench.tables.terminal import print_table
     from hhrl_bench.tasks.tasks import get_task
 
     announce_compiling()
@@ -115,7 +116,7 @@ def evaluate(
     require_playable(agents, chosen)
     timed = [_evaluate_timed(agent, chosen, episodes, held) for agent in agents]
     if not as_json:
-        print_results(console(), record, [one.result for one in timed])
+        print_table(console(), results_table(record, [one.result for one in timed]))
         return
     words = ["hhrl-bench", "evaluate", *agents, "--task", task, "--episodes", str(episodes)]
     words += ["--option", held] if held else []

@@ -12,14 +12,17 @@ from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import TaskRecord
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.figures.leaderboard import save_leaderboard_figures
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
-from hhrl_bench.tables import comparisons, efficiency, success, trainings, transfers, worst_cases
-from hhrl_bench.tables import results as results_module
-from hhrl_bench.tables.sheet import Sheet
-from hhrl_bench.tables.success import spans_tasks
+from hhrl_bench.tables.comparisons import comparison_table
+from hhrl_bench.tables.learning import OUTCOMES_TITLE, efficiency_table, outcome_tables
+from hhrl_bench.tables.results import results_table, runs_table, worst_cases_table
+from hhrl_bench.tables.success import spans_tasks, success_table
+from hhrl_bench.tables.table import Table, joined
+from hhrl_bench.tables.transfers import transfer_tables
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.text import NONE
 
@@ -38,8 +41,8 @@ class TaskSection(NamedTuple):
     """What stands on the page of a task: its tables, and every training seed."""
 
     task: TaskRecord
-    sheets: tuple[Sheet, ...]
-    runs: Sheet
+    tables: tuple[Table, ...]
+    runs: Table
 
 
 def html(board: LeaderboardRecord, store: Store) -> str:
@@ -60,7 +63,7 @@ def html(board: LeaderboardRecord, store: Store) -> str:
         dash=NONE,
         agents=list(dict.fromkeys(result.agent for result in board.results)),
         seeds=_seeds(board),
-        overview=success.overview_sheet(board.tasks, [board]) if spans_tasks(board) else None,
+        overview=success_table(board.tasks, [board]) if spans_tasks(board) else None,
         sections=[_section(board, task) for task in board.tasks],
         learning=list(_learning(board)),
         figures=_figures(board, store),
@@ -70,19 +73,19 @@ def html(board: LeaderboardRecord, store: Store) -> str:
 
 def _section(board: LeaderboardRecord, task: TaskRecord) -> TaskSection:
     results, compared = board.on(task), compared_to_best(board, task)
-    shown = [results_module.results_sheet(task, results), worst_cases.details_sheet(task, results)]
-    shown += [comparisons.comparison_sheet(compared)] if compared else []
-    return TaskSection(task, tuple(shown), results_module.runs_sheet(results))
+    shown = [results_table(task, results, seeds=True), worst_cases_table(task, results)]
+    shown += [comparison_table(compared, [METRICS["success"]])] if compared else []
+    return TaskSection(task, tuple(shown), runs_table(results))
 
 
-def _learning(board: LeaderboardRecord) -> Iterator[Sheet]:
+def _learning(board: LeaderboardRecord) -> Iterator[Table]:
     """Yield the tables of what learning took and what it is worth elsewhere."""
     if board.efficiency:
-        yield efficiency.efficiency_sheet(board.efficiency)
+        yield efficiency_table(board.efficiency)
     if board.trainings:
-        yield trainings.trainings_sheet(board.trainings)
+        yield joined(OUTCOMES_TITLE, outcome_tables(board.trainings))
     if board.transfer:
-        yield from transfers.transfer_sheets(board.transfer.rows)
+        yield from transfer_tables(board.transfer.rows)
 
 
 def _seeds(board: LeaderboardRecord) -> list[str]:

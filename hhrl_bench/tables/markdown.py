@@ -1,16 +1,19 @@
-"""Leaderboards of one suite as a Markdown page: the same tables wherever they are read."""
+"""Tables in Markdown, and the leaderboards of one suite as a page of such tables."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, repeat
 from typing import NamedTuple
 
+from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best, success
-from hhrl_bench.tables import comparisons, efficiency, transfers, worst_cases
-from hhrl_bench.tables import results as results_module
-from hhrl_bench.tables import success as success_module
-from hhrl_bench.tables.sheet import Cell, Group, Row, Sheet
-from hhrl_bench.tables.success import contestants, spans_tasks
+from hhrl_bench.tables.comparisons import comparison_table
+from hhrl_bench.tables.learning import efficiency_table
+from hhrl_bench.tables.results import results_table, worst_cases_table
+from hhrl_bench.tables.success import results_by_row, spans_tasks, success_table
+from hhrl_bench.tables.table import Cell, Column, Row, Table
+from hhrl_bench.tables.transfers import transfer_tables
 from hhrl_bench.text import NONE
 
 _SPECIAL = re.compile(r"([\\`*_\[\]<>|&~$@#]|:(?=//)|(?<=www)\.)", re.IGNORECASE)
@@ -41,16 +44,43 @@ def markdown(boards: Mapping[str, LeaderboardRecord]) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
+def markdown_table(table: Table, level: str, entry: str = "") -> Iterator[str]:
+    """Yield the blocks of a table: its heading of a ``level`` such as ``##``, its lines, its notes.
+
+    entry: the entry that it is of, for the heading.
+    """
+    yield f"{level} {plain(table.title)}" + (f", {plain(entry)}" if entry else "")
+    lines = [
+        _line([table.names, *(column.line for column in table.columns)]),
+        "|".join(["", "---", *["---:"] * len(table.columns), ""]),
+    ]
+    for group in table.groups:
+        if group.name:
+            lines.append(f"| **{plain(group.name)}** |{' |' * len(table.columns)}")
+        lines += [_line([row.full_name, *map(_said, row.cells)]) for row in group.rows]
+    yield "\n".join(lines)
+    if table.notes:
+        yield "\n".join(f"- {plain(note.text)}" for note in table.notes)
+
+
 def plain(text: str) -> str:
     """Return Markdown that shows a text as it is, on one line, whatever it holds."""
     return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
 
 
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(map(plain, cells))} |"
+
+
+def _said(cell: Cell) -> str:
+    return (cell.value or NONE) + (f" ({cell.bounds})" if cell.bounds else "")
+
+
 def _overview(tasks: Sequence[TaskRecord], boards: Mapping[str, LeaderboardRecord]) -> Iterator[str]:
     """Yield the blocks of what agents do across tasks, if any does several."""
     if any(map(spans_tasks, boards.values())):
-        entries = [name for name, board in boards.items() for _ in contestants(board)]
-        yield from _sheet(_marked(success_module.overview_sheet(tasks, list(boards.values())), entries), "##")
+        entries = [name for name, board in boards.items() for _ in results_by_row(board)]
+        yield from markdown_table(_marked(success_table(tasks, list(boards.values())), entries), "##")
 
 
 def _task(task: TaskRecord, boards: Mapping[str, LeaderboardRecord]) -> Iterator[str]:
@@ -61,23 +91,19 @@ def _task(task: TaskRecord, boards: Mapping[str, LeaderboardRecord]) -> Iterator
     last = task.test_start + task.episodes - 1
     yield f"## {plain(task.id)}"
     yield f"{task.episodes:,} test episodes, the worlds of seeds {task.test_start} to {last}."
-    for sheet in (
-        _bounded_success(results_module.results_sheet(task, results)),
-        worst_cases.details_sheet(task, results),
-    ):
-        yield from _sheet(_marked(sheet, entries), "###")
+    bounded = _bounded(results_table(task, results, seeds=True), METRICS["success"].heading)
+    for table in (bounded, worst_cases_table(task, results)):
+        yield from markdown_table(_marked(table, entries), "###")
     for name, board in boards.items():
         if task in board.tasks and (compared := compared_to_best(board, task)):
-            yield from _sheet(comparisons.comparison_sheet(compared), "###", name)
+            yield from markdown_table(comparison_table(compared, [METRICS["success"]]), "###", name)
 
 
 def _learning(name: str, board: LeaderboardRecord) -> Iterator[str]:
     """Yield the blocks of what an entry says of learning."""
-    if board.efficiency:
-        yield from _sheet(efficiency.efficiency_sheet(board.efficiency), "##", name)
-    if board.transfer:
-        for sheet in transfers.transfer_sheets(board.transfer.rows):
-            yield from _sheet(sheet, "##", name)
+    tables = [efficiency_table(board.efficiency)] if board.efficiency else []
+    for table in [*tables, *(transfer_tables(board.transfer.rows) if board.transfer else [])]:
+        yield from markdown_table(table, "##", name)
 
 
 def _made(name: str, board: LeaderboardRecord) -> str:
@@ -86,44 +112,23 @@ def _made(name: str, board: LeaderboardRecord) -> str:
     return f"- {plain(name)}: {plain(made.command)}, version {plain(made.package_version)}, {commit}"
 
 
-def _marked(sheet: Sheet, entries: Sequence[str]) -> Sheet:
-    """Return the sheet with the entry of every row of its first group."""
-    first, *others = sheet.groups
-    pairs = zip(first.rows, entries, strict=True)
+def _marked(table: Table, entries: Sequence[str]) -> Table:
+    """Return the table with one more column: the entries of its first rows, which are as many."""
+    last = chain(map(Cell, entries), repeat(Cell()))
     groups = [
-        Group(first.name, tuple(Row(row.name, (*row.cells, Cell(entry))) for row, entry in pairs)),
-        *(Group(group.name, tuple(Row(row.name, (*row.cells, Cell())) for row in group.rows)) for group in others),
+        group._replace(rows=tuple(row._replace(cells=(*row.cells, next(last))) for row in group.rows))
+        for group in table.groups
     ]
-    return sheet._replace(headings=(*sheet.headings, "entry"), groups=tuple(groups))
+    return table._replace(columns=(*table.columns, Column("entry")), groups=tuple(groups))
 
 
-def _bounded_success(sheet: Sheet) -> Sheet:
-    """Return the sheet with the intervals of success alone."""
-    kept = [heading == "success" for heading in sheet.headings[1:]]
+def _bounded(table: Table, heading: str) -> Table:
+    """Return the table with the intervals of one column alone."""
+    kept = [column.heading == heading for column in table.columns]
 
     def bounded(row: Row) -> Row:
         cells = zip(row.cells, kept, strict=True)
-        return Row(row.name, tuple(cell if keep else Cell(cell.value) for cell, keep in cells))
+        return row._replace(cells=tuple(cell if keep else Cell(cell.value) for cell, keep in cells))
 
-    return sheet._replace(groups=tuple(Group(one.name, tuple(map(bounded, one.rows))) for one in sheet.groups))
-
-
-def _sheet(sheet: Sheet, level: str, entry: str = "") -> Iterator[str]:
-    """Yield heading, table and notes."""
-    yield f"{level} {plain(sheet.title)}" + (f", {plain(entry)}" if entry else "")
-    lines = [_line(sheet.headings), "|".join(["", "---", *["---:"] * (len(sheet.headings) - 1), ""])]
-    for group in sheet.groups:
-        if group.name:
-            lines.append(f"| **{plain(group.name)}** |{' |' * (len(sheet.headings) - 1)}")
-        lines += [_line([row.name, *map(_said, row.cells)]) for row in group.rows]
-    yield "\n".join(lines)
-    if sheet.notes:
-        yield "\n".join(f"- {plain(note)}" for note in sheet.notes)
-
-
-def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(map(plain, cells))} |"
-
-
-def _said(cell: Cell) -> str:
-    return (cell.value or NONE) + (f" ({cell.bounds})" if cell.bounds else "")
+    groups = (group._replace(rows=tuple(map(bounded, group.rows))) for group in table.groups)
+    return table._replace(groups=tuple(groups))

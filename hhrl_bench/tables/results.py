@@ -1,116 +1,149 @@
-"""Results as a table to read: the nine columns of Table I with 95% intervals, the paper's own rows below."""
+"""Results with 95% intervals beside the paper's own rows, every training seed of them, and the worst cases."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
-
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from hhrl_bench import paper_table
+from hhrl_bench.evaluation.metrics import METRICS, Metric, columns
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TaskRecord
-from hhrl_bench.paper_table import CASES, TABLE_I
-from hhrl_bench.tables.sheet import (
-    COLUMNS,
+from hhrl_bench.paper_table import CASES, PaperRow
+from hhrl_bench.statistics.intervals import wilson
+from hhrl_bench.tables.success import held, row_name
+from hhrl_bench.tables.table import (
     Cell,
     Column,
+    Fit,
     Group,
+    Note,
     Row,
-    Sheet,
-    mean_cell,
+    Table,
     metric_cell,
-    paper_cell,
+    number_cell,
+    one_line,
     percent,
 )
-from hhrl_bench.tables.success import contestant
-from hhrl_bench.tables.terminal import cell_text, print_widest, ruled_table
 from hhrl_bench.tasks.tasks import TASKS
-from hhrl_bench.text import WIDTH, folded
+from hhrl_bench.text import WIDTH
+
+FIT = Fit("first", name_widths=(WIDTH, 12), wider=("95% intervals", "95% intervals and more columns"))
 
 
-class Layout(NamedTuple):
-    """What a table shows: these columns, with intervals or without, and names folded at so many characters."""
+def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, seeds: bool = False) -> Table:
+    """Return the results on a task: the columns of Table I, those of further metrics, the paper's rows below.
 
-    columns: tuple[Column, ...]
-    intervals: bool
-    name_width: int
-
-
-LAYOUTS = (
-    Layout(COLUMNS, intervals=True, name_width=WIDTH),
-    Layout(COLUMNS, intervals=False, name_width=WIDTH),
-    *(Layout(COLUMNS[first:], intervals=False, name_width=12) for first in range(len(COLUMNS))),
-)
-"""From the widest to the narrowest, which has the agent and its success alone."""
-
-
-def print_results(console: Console, task: TaskRecord, results: Sequence[ResultRecord]) -> None:
-    """Return nothing; print one task's results in the widest layout that the console has room for."""
-    print_widest(console, [results_table(task, results, layout) for layout in LAYOUTS])
-
-
-def results_table(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) -> Table:
-    """Return the table of one task's results, two lines an agent with intervals and one without."""
-    columns, intervals, name_width = layout
-    table = ruled_table(f"{task.id}, {task.episodes:,} test episodes", intervals=intervals)
-    table.caption, table.caption_justify = _caption(task, results, layout), "left"
-    table.add_column("agent", overflow="fold", max_width=name_width, vertical="top")
-    for column in columns:
-        table.add_column(
-            column.heading if intervals else column.heading.replace(" ", "\n"), justify="right", no_wrap=True
+    seeds: whether the last column counts the training seeds.
+    """
+    metrics, last = shown_metrics(results), (Column("seeds"),) if seeds else ()
+    rows = tuple(
+        Row(result.agent, (*_measured(metrics, result), *((_seeds(result),) if seeds else ())), held(result))
+        for result in results
+    )
+    groups = [Group("", rows)]
+    if task.id in paper_table.TASKS:
+        blank = (Cell(),) * len(last)
+        printed = (
+            Row(row.policy, (*(paper_cell(metric, row) for metric in metrics), *blank)) for row in paper_table.TABLE_I
         )
-    for result in results:
-        cells = (metric_cell(column, getattr(result.metrics, column.key)) for column in columns)
-        table.add_row(_label(result, name_width), *(cell_text(cell, intervals=intervals) for cell in cells))
-    if task.id in paper_table.TASKS:
-        table.add_section()
-        table.add_row(Text("the paper", style="italic"))
-        for row in TABLE_I:
-            cells = (paper_cell(column, row) for column in columns)
-            table.add_row(row.policy, *(cell_text(cell, intervals=intervals) for cell in cells), style="dim")
-    return table
+        groups.append(Group("the paper", tuple(printed), quoted=True))
+    return Table(
+        "Results",
+        "agent",
+        (*_columns(metrics), *last),
+        tuple(groups),
+        tuple(notes(task, results)),
+        full_title=f"{task.id}, {task.episodes:,} test episodes",
+        fit=FIT,
+    )
 
 
-def notes(task: TaskRecord, results: Sequence[ResultRecord], *, intervals: bool = True) -> list[str]:
+def runs_table(results: Sequence[ResultRecord]) -> Table:
+    """Return every training seed of the results that have some, with the env steps that its checkpoint was trained."""
+    metrics = shown_metrics(results)
+    groups = [
+        Group(
+            row_name(result),
+            tuple(Row(f"seed {run.training.seed}", _run(metrics, run)) for run in result.runs if run.training),
+        )
+        for result in results
+        if result.seeds
+    ]
+    last = (Column("env steps"), Column("checkpoint sha256"))
+    return Table("Every training seed", "training seed", (*_columns(metrics), *last), tuple(groups))
+
+
+def shown_metrics(results: Sequence[ResultRecord]) -> list[Metric]:
+    """Return the metrics that are columns of results: those of Table I, then all others that a result has."""
+    known = [metric for metric in columns("results") if any(metric.key in one.metrics for one in results)]
+    return sorted(known, key=lambda metric: metric.key not in PaperRow._fields)
+
+
+def paper_cell(metric: Metric, row: PaperRow) -> Cell:
+    """Return a number of Table I with the digits that it is printed with; of rates with Wilson's interval."""
+    value = getattr(row, metric.key, None)
+    if value is None:
+        return Cell()
+    if metric.is_rate:
+        share = wilson(value, CASES)
+        return Cell(f"{share.mean:.0%}", number_cell(metric, share.mean, share.low, share.high).bounds)
+    return Cell(f"{value}") if isinstance(value, int) else number_cell(metric, value)
+
+
+def notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
     """Return what to know of the results of a task, a sentence or two a line."""
-    lines = [_meaning(results) if intervals else "Means an episode."]
+    lines = [Note(_meaning(results), "Means an episode.")]
     if task.id in paper_table.TASKS:
-        lines.append(f"The paper's rows: Table I, {CASES} cases" + (", Wilson." if intervals else "."))
-    lines += [note for result in results if (note := _trained_elsewhere(task, result))]
-    return lines + _traffic(task, results)
+        source = f"The paper's rows: Table I, {CASES} cases"
+        lines.append(Note(f"{source}, Wilson.", f"{source}."))
+    lines += [Note(note) for result in results if (note := _trained_elsewhere(task, result))]
+    return [*lines, *map(Note, _traffic(task, results))]
 
 
-def _label(result: ResultRecord, width: int) -> Text:
-    return Text(folded(result.agent, width)).append(f"\n{result.option} held" if result.option else "", style="dim")
+def _columns(metrics: Sequence[Metric]) -> tuple[Column, ...]:
+    """Return the columns of metrics; those of Table I are kept longest, of them the last ones."""
+    return tuple(
+        Column(
+            metric.heading,
+            priority=i if metric.key in PaperRow._fields else -i,
+            wide=one_line(metric.heading),
+            narrow=metric.heading.replace(" ", "\n"),
+        )
+        for i, metric in enumerate(metrics)
+    )
 
 
-def _caption(task: TaskRecord, results: Sequence[ResultRecord], layout: Layout) -> str:
-    lines = notes(task, results, intervals=layout.intervals)
-    if not layout.intervals:
-        missing = " and more columns" if len(layout.columns) < len(COLUMNS) else ""
-        lines.append(f"A wider terminal shows 95% intervals{missing}.")
-    return "\n".join(lines)
+def _measured(metrics: Sequence[Metric], result: ResultRecord) -> list[Cell]:
+    return [metric_cell(metric, result.metrics.get(metric.key)) for metric in metrics]
+
+
+def _seeds(result: ResultRecord) -> Cell:
+    failed = f", {len(result.failed_seeds)} failed" if result.failed_seeds else ""
+    return Cell(f"{len(result.seeds)}{failed}" if result.seeds else None)
+
+
+def _run(metrics: Sequence[Metric], run: RunRecord) -> tuple[Cell, ...]:
+    measured = [number_cell(metric, run.metrics.get(metric.key)) for metric in metrics]
+    steps = Cell(f"{run.training.env_steps:,}" if run.training else None)
+    return (*measured, steps, Cell(run.checkpoint_sha256 and run.checkpoint_sha256[:12]))
 
 
 def _meaning(results: Sequence[ResultRecord]) -> str:
     """Return what the numbers and their intervals are."""
     seeds = sorted({len(result.runs) for result in results if len(result.runs) > 1})
-    notes = [f"over the {' or '.join(map(str, seeds))} training seeds"] if seeds else []
+    over = [f"over the {' or '.join(map(str, seeds))} training seeds"] if seeds else []
     if any(len(result.runs) == 1 for result in results):
-        notes.append("over the episodes of a single policy (rates: Wilson)")
-    return f"Means and 95% intervals: bootstrap {', or '.join(notes)}."
+        over.append("over the episodes of a single policy (rates: Wilson)")
+    return f"Means and 95% intervals: bootstrap {', or '.join(over)}."
 
 
 def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
     """Return who drives the other vehicles, and each agent's success in the episodes that were feasible."""
-    notes = ["One policy drives all vehicles; success: all of them stopped."] if task.shared else []
+    said = ["One policy drives all vehicles; success: all of them stopped."] if task.shared else []
     known = TASKS.get(task.id)
     if task.opponent:
-        notes.append(f"The front vehicle is driven by {task.opponent.agent}.")
+        said.append(f"The front vehicle is driven by {task.opponent.agent}.")
     elif known and known.opponent:
-        notes.append("The front vehicle is scripted.")
+        said.append("The front vehicle is scripted.")
     shares = [(result.agent, result.traffic) for result in results if result.traffic]
-    return notes + [
+    return said + [
         f"{agent}: {percent(traffic.feasible)} of the episodes feasible, success there "
         f"{percent(traffic.success_feasible)}."
         for agent, traffic in shares
@@ -123,42 +156,36 @@ def _trained_elsewhere(task: TaskRecord, result: ResultRecord) -> str | None:
     return f"{result.agent} was trained in {', '.join(sorted(others))}." if others else None
 
 
-def results_sheet(task: TaskRecord, results: Sequence[ResultRecord]) -> Sheet:
-    """Return the nine columns of Table I, and below them the paper's rows where the task is one of its."""
-    groups = [Group("", tuple(Row(contestant(result), (*_measured(result), _seeds(result))) for result in results))]
-    if task.id in paper_table.TASKS:
-        printed = (
-            Row(row.policy, (*(paper_cell(column, row) for column in COLUMNS), Cell())) for row in paper_table.TABLE_I
-        )
-        groups.append(Group("the paper", tuple(printed)))
-    headings = ("agent", *(column.heading for column in COLUMNS), "seeds")
-    return Sheet("Results", headings, tuple(groups), tuple(notes(task, results)))
+WORST_CASES = (
+    "Worst seed: the training seed, in brackets, that succeeds least. Collisions are counted over all seeds.",
+    "Impact: the speed relative to the front vehicle, a mean over the collisions.",
+    "Gap and TTC, the time to collision: the smallest of every episode, a mean over the episodes.",
+)
 
 
-def runs_sheet(results: Sequence[ResultRecord]) -> Sheet:
-    """Return every training seed of the results that have some, with the env steps that its checkpoint was trained."""
-    groups = [
-        Group(
-            contestant(result),
-            tuple(Row(f"seed {run.training.seed}", _run(run)) for run in result.runs if run.training),
-        )
-        for result in results
-        if result.seeds
-    ]
-    headings = ("training seed", *(column.heading for column in COLUMNS), "env steps", "checkpoint sha256")
-    return Sheet("Every training seed", headings, tuple(groups))
+def worst_cases_table(task: TaskRecord, results: Sequence[ResultRecord]) -> Table:
+    """Return the worst training seed of every result, its collisions, and how severe its episodes are."""
+    metrics = [metric for metric in columns("worst cases") if any(metric.key in one.metrics for one in results)]
+    headings = ("worst seed's\nsuccess", "collisions", *(metric.heading for metric in metrics))
+    rows = (Row(result.agent, (*_worst(task, result), *_measured(metrics, result)), held(result)) for result in results)
+    return Table(
+        "Worst cases",
+        "agent",
+        tuple(Column(heading, -i) for i, heading in enumerate(headings)),
+        (Group("", tuple(rows)),),
+        tuple(map(Note, WORST_CASES)),
+        full_title=f"Worst cases on {task.id}, {task.episodes:,} test episodes",
+    )
 
 
-def _measured(result: ResultRecord) -> list[Cell]:
-    return [metric_cell(column, getattr(result.metrics, column.key)) for column in COLUMNS]
+def worst_run(result: ResultRecord) -> RunRecord:
+    """Return the run that succeeds least; of equal ones the first."""
+    return min(result.runs, key=lambda run: run.metrics.success)
 
 
-def _seeds(result: ResultRecord) -> Cell:
-    failed = f", {len(result.failed_seeds)} failed" if result.failed_seeds else ""
-    return Cell(f"{len(result.seeds)}{failed}" if result.seeds else None)
-
-
-def _run(run: RunRecord) -> tuple[Cell, ...]:
-    measured = [mean_cell(column, getattr(run.metrics, column.key)) for column in COLUMNS]
-    steps = Cell(f"{run.training.env_steps:,}" if run.training else None)
-    return (*measured, steps, Cell(run.checkpoint_sha256 and run.checkpoint_sha256[:12]))
+def _worst(task: TaskRecord, result: ResultRecord) -> tuple[Cell, Cell]:
+    worst = worst_run(result)
+    seed = f" ({worst.training.seed})" if worst.training and len(result.runs) > 1 else ""
+    hits = sum(round(run.metrics.collision * task.episodes) for run in result.runs)
+    rate = number_cell(METRICS["success"], worst.metrics.success).value
+    return Cell(f"{rate}{seed}"), Cell(f"{hits:,} of {len(result.runs) * task.episodes:,}")

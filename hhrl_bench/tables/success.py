@@ -2,43 +2,74 @@
 
 from collections.abc import Mapping, Sequence
 
+from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.tables.sheet import COLUMNS, Cell, Group, Row, Sheet, metric_cell
+from hhrl_bench.tables.table import Cell, Column, Fit, Group, Note, Row, Table, metric_cell
 from hhrl_bench.tasks.seeds import format_seeds
+from hhrl_bench.text import folded
 
-SUCCESS = next(column for column in COLUMNS if column.key == "success")
-INTERVALS = "95% intervals: bootstrap over training seeds; Wilson for a single policy."
-
-
-def contestant(result: ResultRecord) -> str:
-    """Return who plays in a result: an agent, and the option that is held."""
-    return f"{result.agent}, {result.option} held" if result.option else result.agent
+INTERVALS = Note("95% intervals: bootstrap over training seeds; Wilson for a single policy.", without_intervals="")
+FIT = Fit("first", name_widths=(12,), wider=("95% intervals", "95% intervals and more tasks"))
 
 
-def contestants(board: LeaderboardRecord) -> Mapping[str, Mapping[str, ResultRecord]]:
-    """Return the results of every contestant by their tasks."""
-    names = dict.fromkeys(map(contestant, board.results))
-    return {name: {one.task: one for one in board.results if contestant(one) == name} for name in names}
+def held(result: ResultRecord) -> str:
+    """Return which option is held in a result; nothing where the agent chooses it."""
+    return f"{result.option} held" if result.option else ""
+
+
+def row_name(result: ResultRecord) -> str:
+    """Return what a result is called in a row: its agent, and the option that is held."""
+    return Row(result.agent, (), held(result)).full_name
+
+
+def results_by_row(board: LeaderboardRecord) -> Mapping[str, Mapping[str, ResultRecord]]:
+    """Return the results by task of every row, by its name."""
+    names = dict.fromkeys(map(row_name, board.results))
+    return {name: {one.task: one for one in board.results if row_name(one) == name} for name in names}
 
 
 def spans_tasks(board: LeaderboardRecord) -> bool:
-    """Return whether there is something to put side by side: a contestant with results on several tasks."""
-    return any(len(own) > 1 for own in contestants(board).values())
+    """Return whether there is something to put side by side: an agent with results on several tasks."""
+    return any(len(own) > 1 for own in results_by_row(board).values())
+
+
+def success_table(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> Table:
+    """Return how often every agent of every leaderboard succeeds on each of its tasks."""
+    rows = tuple(
+        Row(name, tuple(success_cell(own.get(task.id) if task in board.tasks else None) for task in tasks))
+        for board in boards
+        for name, own in results_by_row(board).items()
+    )
+    episodes = " or ".join(dict.fromkeys(f"{task.episodes:,}" for task in tasks))
+    return Table(
+        "Success on every task",
+        "agent",
+        tuple(Column(task.id, -i, folded(task.id, 12), folded(task.id, 9)) for i, task in enumerate(tasks)),
+        (Group("", rows),),
+        notes(tasks, boards),
+        full_title=f"Success, {episodes} test episodes a task",
+        fit=FIT,
+    )
 
 
 def success_cell(result: ResultRecord | None) -> Cell:
-    """Return how often a contestant succeeds on a task, where vehicles learn in the episodes that stayed feasible."""
+    """Return how often an agent succeeds on a task; where vehicles learn, in the episodes that stayed feasible."""
     if result is None:
         return Cell()
-    return metric_cell(SUCCESS, result.traffic.success_feasible if result.traffic else result.metrics.success)
+    success = result.traffic.success_feasible if result.traffic else result.metrics.success
+    return metric_cell(METRICS["success"], success)
 
 
-def notes(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> tuple[str, ...]:
+def notes(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> tuple[Note, ...]:
     """Return what to know of successes side by side, the first line about intervals."""
-    scored = {task: [one for board in boards if task in board.tasks for one in board.on(task)] for task in tasks}
-    behind = [_behind(task, task.opponent.agent, own) for task, own in scored.items() if task.opponent]
-    failed = [_failed(one) for own in scored.values() for one in own if one.failed_seeds]
+    scored = [[one for board in boards if task in board.tasks for one in board.on(task)] for task in tasks]
+    behind = [
+        Note(_behind(task, task.opponent.agent, scored[place]), column=place)
+        for place, task in enumerate(tasks)
+        if task.opponent
+    ]
+    failed = [Note(_failed(one), column=place) for place, own in enumerate(scored) for one in own if one.failed_seeds]
     return (INTERVALS, *behind, *failed)
 
 
@@ -50,15 +81,4 @@ def _behind(task: TaskRecord, opponent: str, results: Sequence[ResultRecord]) ->
 
 def _failed(result: ResultRecord) -> str:
     seeds = f"seed{'s'[: len(result.failed_seeds) - 1]} {format_seeds(result.failed_seeds)}"
-    return f"{contestant(result)} on {result.task}: without {seeds}, whose training failed."
-
-
-def overview_sheet(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> Sheet:
-    """Return how often every contestant of every leaderboard succeeds on each of its tasks."""
-    rows = tuple(
-        Row(name, tuple(success_cell(own.get(task.id) if task in board.tasks else None) for task in tasks))
-        for board in boards
-        for name, own in contestants(board).items()
-    )
-    headings = ("agent", *(task.id for task in tasks))
-    return Sheet("Success on every task", headings, (Group("", rows),), notes(tasks, boards))
+    return f"{row_name(result)} on {result.task}: without {seeds}, whose training failed."

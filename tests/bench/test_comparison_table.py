@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from hhrl_bench.evaluation.metrics import columns
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, compare
-from hhrl_bench.tables.comparisons import SHOWN, print_comparisons
-from hhrl_bench.tables.sheet import COLUMNS
+from hhrl_bench.tables.comparisons import comparison_tables
+from hhrl_bench.tables.table import by_importance
+from hhrl_bench.tables.terminal import print_tables
 from hhrl_bench.text import NONE
+
+
+METRICS = [metric.key for metric in by_importance(columns("results"))]
 
 
 def study() -> list[PairwiseRecord]:
@@ -21,14 +26,14 @@ def study() -> list[PairwiseRecord]:
         compare(flat if agent is learned and metric.startswith("return") else agent, rule, task, metric, rng)
         for rng in [np.random.default_rng(0)]
         for task in ("stop-line-v0", "stop-line-wet-v0")
-        for metric in SHOWN
+        for metric in METRICS
         for agent in (learned, other)
     ]
 
 
 def printed(width: int) -> list[str]:
     out = StringIO()
-    print_comparisons(Console(file=out, width=width), study())
+    print_tables(Console(file=out, width=width), comparison_tables(study()))
     return out.getvalue().splitlines()
 
 
@@ -62,5 +67,8 @@ def test_a_narrow_console_keeps_the_intervals_as_long_as_it_can() -> None:
     assert not any("+0.0, +25.0" in line for line in printed(30))
 
 
-def test_every_column_of_table_one_is_shown() -> None:
-    assert {*SHOWN} == {column.key for column in COLUMNS}
+def test_every_metric_that_agents_are_compared_by_is_shown_success_first() -> None:
+    table, _ = comparison_tables(study())
+    headings = [column.wide for column in table.columns[::2]]
+    assert len(headings) == len(METRICS)
+    assert headings[:4] == ["success", "collision", "not\nstop", "timeout"]

@@ -7,7 +7,8 @@ import pytest
 from rich.console import Console
 
 from hhrl_bench.leaderboard.efficiency import efficiency
-from hhrl_bench.tables.efficiency import print_efficiencies
+from hhrl_bench.tables.learning import efficiency_table
+from hhrl_bench.tables.terminal import print_table
 from support.trainings import training
 
 SOON, NEVER = (0.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0)
@@ -20,7 +21,8 @@ def printed(width: int) -> list[str]:
         training([SOON], task="stop-line-wet-v0", seeds=(4,)),
     ]
     out = StringIO()
-    print_efficiencies(Console(file=out, width=width), [efficiency(one, np.random.default_rng(0)) for one in trainings])
+    table = efficiency_table([efficiency(one, np.random.default_rng(0)) for one in trainings])
+    print_table(Console(file=out, width=width), table, notes="below")
     return out.getvalue().splitlines()
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from hhrl_bench.evaluation.records import ResultRecord
 from hhrl_bench.leaderboard import entry
+from hhrl_bench.tables.results import worst_run
 from hhrl_bench.tables.success import success_cell
-from hhrl_bench.tables.worst_cases import worst_run
 
 ROOT = Path(__file__).parents[2]
 BOARD = entry.read(ROOT / "leaderboards" / "full.json")

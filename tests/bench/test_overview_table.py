@@ -6,16 +6,15 @@ import pytest
 from rich.console import Console
 
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.tables import success
 from hhrl_bench.tables.markdown import markdown
-from hhrl_bench.tables.success import contestants, notes, spans_tasks
-from hhrl_bench.tables.terminal import print_overview
+from hhrl_bench.tables.success import results_by_row, spans_tasks, success_table
+from hhrl_bench.tables.terminal import print_table
 from support.whole_board import AGENTS, whole_board
 
 
 def printed(board: LeaderboardRecord, width: int) -> str:
     console = Console(file=StringIO(), width=width)
-    print_overview(console, board)
+    print_table(console, success_table(board.tasks, [board]))
     assert isinstance(console.file, StringIO)
     return console.file.getvalue()
 
@@ -27,7 +26,7 @@ def without(board: LeaderboardRecord, agent: str, task: str) -> LeaderboardRecor
 
 def test_every_agent_has_one_row_with_its_success_on_each_task() -> None:
     board = whole_board()
-    rows = success.overview_sheet(board.tasks, [board]).groups[0].rows
+    rows = success_table(board.tasks, [board]).groups[0].rows
     assert tuple(row.name for row in rows) == AGENTS
     for row in rows:
         own = {one.task: one.metrics.success.mean or 0.0 for one in board.results if one.agent == row.name}
@@ -37,7 +36,7 @@ def test_every_agent_has_one_row_with_its_success_on_each_task() -> None:
 
 def test_what_was_not_played_is_a_dash() -> None:
     board = without(whole_board(), "rule-4", "stop-line-wet-v0")
-    row = success.overview_sheet(board.tasks, [board]).groups[0].rows[-1]
+    row = success_table(board.tasks, [board]).groups[0].rows[-1]
     assert [cell.value is None for cell in row.cells] == [False, True]
     last = next(line for line in printed(board, 200).splitlines() if line.startswith("rule-4"))
     assert last.split()[-1] == "\N{EN DASH}"
@@ -46,7 +45,7 @@ def test_what_was_not_played_is_a_dash() -> None:
 def test_a_held_option_is_a_row_of_its_own() -> None:
     board = whole_board()
     held = board.results[0].model_copy(update={"option": "follow"})
-    names = list(contestants(board.model_copy(update={"results": (*board.results, held)})))
+    names = list(results_by_row(board.model_copy(update={"results": (*board.results, held)})))
     assert names == [*AGENTS, "rule-1, follow held"]
 
 
@@ -54,7 +53,8 @@ def test_a_failed_seed_is_named() -> None:
     board = whole_board()
     failed = board.results[0].model_copy(update={"failed_seeds": (3, 5, 6)})
     board = board.model_copy(update={"results": (failed, *board.results[1:])})
-    assert notes(board.tasks, [board])[1:] == ("rule-1 on stop-line-v0: without seeds 3,5-6, whose training failed.",)
+    _, note = success_table(board.tasks, [board]).notes
+    assert note.text == "rule-1 on stop-line-v0: without seeds 3,5-6, whose training failed."
 
 
 def test_agents_on_one_task_each_are_not_put_side_by_side() -> None:

@@ -5,12 +5,16 @@ from pathlib import Path
 
 import pytest
 
+from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import write
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
 from hhrl_bench.paper_table import TABLE_I
 from hhrl_bench.publishing.html_page import LARGEST_SVG, html
-from hhrl_bench.tables import comparisons, efficiency, results, trainings, transfers, worst_cases
+from hhrl_bench.tables.comparisons import comparison_table
+from hhrl_bench.tables.learning import efficiency_table, outcome_tables
+from hhrl_bench.tables.results import results_table, runs_table, worst_cases_table
+from hhrl_bench.tables.transfers import transfer_tables
 from hhrl_bench.text import NONE
 from support.command_line import invoke
 from support.pages import Page
@@ -46,15 +50,13 @@ def page(text: str) -> Page:
 def test_every_number_of_every_table_is_on_the_page(board: LeaderboardRecord, page: Page) -> None:
     assert board.transfer is not None
     for task in board.tasks:
-        tables = [results.results_sheet(task, board.on(task)), worst_cases.details_sheet(task, board.on(task))]
-        tables += [
-            comparisons.comparison_sheet(compared_to_best(board, task)),
-            efficiency.efficiency_sheet(board.efficiency),
-        ]
-        tables += [trainings.trainings_sheet(board.trainings), *transfers.transfer_sheets(board.transfer.rows)]
-        for sheet in tables:
-            assert list(sheet.headings) in page.rows
-            for row in (row for group in sheet.groups for row in group.rows):
+        results, compared = board.on(task), compared_to_best(board, task)
+        tables = [results_table(task, results, seeds=True), worst_cases_table(task, results), runs_table(results)]
+        tables += [comparison_table(compared, [METRICS["success"]]), efficiency_table(board.efficiency)]
+        tables += [*outcome_tables(board.trainings), *transfer_tables(board.transfer.rows)]
+        for table in (table for table in tables if table.groups):
+            assert [table.names, *(column.line for column in table.columns)] in page.rows
+            for row in (row for group in table.groups for row in group.rows):
                 said = [(cell.value or NONE) + (f" {cell.bounds}" if cell.bounds else "") for cell in row.cells]
                 assert [row.name, *said] in page.rows
 

@@ -14,7 +14,8 @@ from rich.console import Console
 from hhrl_bench.errors import CurveError
 from hhrl_bench.figures.style import style
 from hhrl_bench.figures.training import LINES, draw_trainings, save_trainings
-from hhrl_bench.tables.trainings import print_trainings
+from hhrl_bench.tables.learning import outcome_tables
+from hhrl_bench.tables.terminal import print_tables
 from hhrl_bench.text import NONE
 from hhrl_bench.training.learning_curves import TRAINING_OUTCOMES, TrainingOutcomesRecord, read_outcomes
 
@@ -142,7 +143,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path: Path, config: str | None) 
 
 def printed(trainings: Sequence[TrainingOutcomesRecord], width: int) -> list[str]:
     out = StringIO()
-    print_trainings(Console(file=out, width=width), trainings)
+    print_tables(Console(file=out, width=width), outcome_tables(trainings))
     return out.getvalue().splitlines()
 
 

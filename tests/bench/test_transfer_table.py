@@ -6,7 +6,8 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from hhrl_bench.tables.transfers import COLUMNS, print_transfers
+from hhrl_bench.tables.terminal import print_tables
+from hhrl_bench.tables.transfers import COLUMNS, transfer_tables
 from hhrl_bench.text import NONE
 from hhrl_bench.transfer.records import TransferRecord
 from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, transfer_set
@@ -15,7 +16,7 @@ from support.transfers import arms, study
 
 def printed(rows: Sequence[TransferRecord], width: int) -> list[str]:
     out = StringIO()
-    print_transfers(Console(file=out, width=width), rows)
+    print_tables(Console(file=out, width=width), transfer_tables(rows, known=True))
     return out.getvalue().splitlines()
 
 
