@@ -211,16 +211,10 @@ def _unsafe(step: "Step") -> Floats:
     return unsafe
 
 
-def _gap(step: "Step") -> Floats:
-    """Return the free road [m] to the front vehicle, [B]; NaN where there is none within the sensors' range."""
-    gap = np.maximum(step.road, 0.0)
-    return np.where(gap < step.simulator.scenario.sensor.front_range, gap, np.nan)
-
-
 def _time_to_collision(step: "Step") -> Floats:
     """Return the free road over the closing speed [s], [B], at most LONGEST_TTC; NaN where the gap does not close."""
-    gap = _gap(step)
-    ttc = np.divide(gap, step.closing, out=np.full_like(gap, np.nan), where=step.closing > 0.0)
+    gap, closing = step.gap, step.closing
+    ttc = np.divide(gap, closing, out=np.full_like(gap, np.nan), where=closing > 0.0)
     return np.minimum(ttc, LONGEST_TTC)
 
 
@@ -278,7 +272,7 @@ for _metric in (
         unit="m/s", better="lower", required=True, table="worst cases",
     ),
     Metric(
-        "smallest_gap", "smallest\ngap, m", Least(_gap),
+        "smallest_gap", "smallest\ngap, m", Least(lambda step: step.gap),
         "smallest free road to a front vehicle; none if there never was one in range",
         unit="m", better="higher", required=True, table="worst cases",
     ),

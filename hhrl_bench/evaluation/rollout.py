@@ -55,14 +55,15 @@ class Step:
             self.slots[:1],
         )
 
-    @property
-    def road(self) -> Floats:
-        """The true free road [m] to the vehicle ahead of the first vehicle, float64 [B]."""
-        return self._ahead[0]
+    @cached_property
+    def gap(self) -> Floats:
+        """The true free road [m] from the first vehicle to the one ahead, float64 [B]; NaN out of the sensors' range."""
+        gap = np.maximum(self._ahead[0], 0.0)
+        return np.where(gap < self.simulator.scenario.sensor.front_range, gap, np.nan)
 
     @property
     def closing(self) -> Floats:
-        """How fast that road closes [m/s], float64 [B]."""
+        """How fast that road closes [m/s], float64 [B], whatever its length."""
         return self._ahead[1]
 
     @cached_property

@@ -10,6 +10,7 @@ import pytest
 from hhrl_agents import RULES
 from hhrl_bench.evaluation.evaluate import play_task
 from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.rollout import Step
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_envs import Outcome, Simulator, get_scenario
 
@@ -52,13 +53,11 @@ def found(*steps: tuple[float, float, float, bool, Outcome]) -> list[float]:
     accumulations = [METRICS[key].accumulation for key in ("impact_speed", "smallest_gap", "smallest_ttc")]
     totals = [accumulation.start(1) for accumulation in accumulations if accumulation]
     for gap, ego, front, running, outcome in steps:
-        step: Any = SimpleNamespace(
-            road=np.array([gap]),
-            closing=np.array([ego - front]),
-            running=np.array([running]),
-            results=SimpleNamespace(outcomes=np.array([outcome], np.int8)),
-            simulator=SimpleNamespace(scenario=get_scenario("stop-line-v0")),
-        )
+        ahead = np.array([gap]), np.array([ego - front])
+        world: Any = SimpleNamespace(ahead=lambda _, ahead=ahead: ahead, scenario=get_scenario("stop-line-v0"))
+        results: Any = SimpleNamespace(outcomes=np.array([outcome], np.int8))
+        nothing: Any = None
+        step = Step(nothing, nothing, nothing, nothing, np.array([running]), results, world, (0,))
         for accumulation, total in zip(accumulations, totals, strict=True):
             assert accumulation is not None
             accumulation.add(total, step)
