@@ -57,7 +57,7 @@ class Step:
 
     @cached_property
     def gap(self) -> Floats:
-        """The true free road [m] from the first vehicle to the one ahead, float64 [B]; NaN out of the sensors' range."""
+        """The true free road [m] from the first vehicle to the one ahead, float64 [B]; NaN out of sensor range."""
         gap = np.maximum(self._ahead[0], 0.0)
         return np.where(gap < self.simulator.scenario.sensor.front_range, gap, np.nan)
 
