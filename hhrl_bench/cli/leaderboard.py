@@ -31,10 +31,10 @@ def show(
     as_json: JsonOption = False,
 ) -> None:
     """Print a leaderboard as tables."""
-    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_bench.tables.terminal import print_leaderboard
 
-    board = entry.read(file)
+    board = read_entry(file)
     if as_json:
         typer.echo(board.model_dump_json(indent=2))
     else:
@@ -109,11 +109,11 @@ def submit(
 ) -> None:
     """Verify a run's leaderboard up to running its agents again, and put it among the published entries."""
     from hhrl_bench.evaluation.store import Store
-    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.leaderboard.entry import publish_entry, read_entry
     from hhrl_bench.publishing.publication import require_submittable
 
     announce_compiling()
-    board = entry.read(file)
+    board = read_entry(file)
     require_submittable(board, name, folder)
     found = _verify_entry(file, Level.RERUN)
     _print_verified([found])
@@ -121,16 +121,16 @@ def submit(
         typer.echo("hhrl-bench: nothing was submitted", err=True)
         raise typer.Exit(1)
     target = folder / f"{name}.json"
-    entry.publish(board, target, Store(file.parent))
+    publish_entry(board, target, Store(file.parent))
     typer.echo(f"wrote {target}; hhrl-bench leaderboard build --folder {folder} adds it to the index", err=True)
 
 
 @leaderboard_app.command()
 def schema() -> None:
     """Print the JSON schema of leaderboard files."""
-    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.leaderboard.entry import entry_schema
 
-    typer.echo(entry.schema(), nl=False)
+    typer.echo(entry_schema(), nl=False)
 
 
 class _Verified(NamedTuple):
@@ -146,7 +146,7 @@ def _verify_entry(
 ) -> _Verified:
     from hhrl_bench.errors import RecordError
     from hhrl_bench.evaluation.store import Store
-    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.leaderboard.entry import read_entry, respelt
     from hhrl_bench.publishing.publication import INDEX
     from hhrl_bench.verification import verify as verification
     from hhrl_bench.verification.checked_result import checked_results
@@ -154,12 +154,12 @@ def _verify_entry(
 
     if path.name == INDEX:
         raise RecordError(f"{path} is the index of a folder of entries; verify the folder: {path.parent}")
-    board, store = entry.read(path), Store(path.parent)
+    board, store = read_entry(path), Store(path.parent)
     with progress(f"verify {path.name}") as update:
         found = list(verification.verify(board, store, level, update, sample, seed))
         if fresh is not None and not found:
             found += check_fresh(board, store, fresh, seed, update)
-    found += entry.respelt(path, board)
+    found += respelt(path, board)
     if found:
         return _Verified(path, list(dict.fromkeys(found)), None)
     own = [one for one in checked_results(board, store) if not one.playable]

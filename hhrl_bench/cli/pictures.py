@@ -47,7 +47,7 @@ def watch(
     from hhrl_bench.evaluation.loading import load_agent
     from hhrl_bench.evaluation.store import Store
     from hhrl_bench.figures import watch as films
-    from hhrl_bench.leaderboard.entry import read
+    from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_bench.tasks.tasks import get_task
 
     announce_compiling()
@@ -57,7 +57,7 @@ def watch(
         player = load_agent(agent, chosen)
         drawn = [(out, films.watch(player, chosen, out, episode or 0, OPTIONS[held] if held else None))]
     else:
-        drawn = films.film_failures(read(entry), Store(entry.parent), agent, task, failed, out)
+        drawn = films.film_failures(read_entry(entry), Store(entry.parent), agent, task, failed, out)
     path = None
     for path, outcome in drawn:
         typer.echo(f"wrote {path}: {outcome.name.lower().replace('_', '-')}", err=True)
@@ -105,13 +105,13 @@ def figures(
     """Draw the figures of a leaderboard file, as SVG and PNG."""
     from hhrl_bench.errors import RecordError
     from hhrl_bench.evaluation.store import Store
-    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_envs.errors import require
 
     require("matplotlib", "report")
     from hhrl_bench.figures.leaderboard import save_leaderboard_figures
 
-    board, folder = entry.read(file), out or file.with_suffix("")
+    board, folder = read_entry(file), out or file.with_suffix("")
     written = save_leaderboard_figures(board, Store(file.parent), folder)
     if not written:
         raise RecordError(f"the leaderboard of {board.suite} has one agent a task and no curves: nothing to draw")
@@ -127,14 +127,14 @@ def report(
     """Write a leaderboard file as one HTML page: tables, figures, settings and provenance."""
     from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
     from hhrl_bench.evaluation.store import Store
-    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_envs.errors import require
 
     require("jinja2", "report")
     require("matplotlib", "report")
     from hhrl_bench.publishing.html_page import html
 
-    board, page = entry.read(file), out or file.with_suffix(".html")
+    board, page = read_entry(file), out or file.with_suffix(".html")
     if page.resolve() == file.resolve():
         raise OutputError(f"cannot write {page}: it is the leaderboard; name another --out")
     require_writable(page)

@@ -182,7 +182,7 @@ def _publish(study: "Study", path: Path, folder: Path, execution: "Execution") -
     """Do a study, write and print its leaderboard; leave with exit code 1 if a unit has failed."""
     from hhrl_agents.atomic_files import require_writable
     from hhrl_bench.execution.progress_folder import ProgressFolder
-    from hhrl_bench.leaderboard import entry
+    from hhrl_bench.leaderboard.entry import publish_entry
     from hhrl_bench.tables.terminal import print_leaderboard
 
     require_writable(path)
@@ -192,7 +192,7 @@ def _publish(study: "Study", path: Path, folder: Path, execution: "Execution") -
     if board is None:
         typer.echo("hhrl-bench: no leaderboard was written; the same command goes on with what is left", err=True)
         raise typer.Exit(1)
-    written = entry.publish(board, path, study.store)
+    written = publish_entry(board, path, study.store)
     print_leaderboard(console(), board)
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
 

@@ -14,9 +14,8 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.records import TaskRecord, TimedResult
 from hhrl_bench.evaluation.results import wall_seconds
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard.derived import derived
 from hhrl_bench.leaderboard.findings import Finding
-from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.leaderboard.record import LeaderboardRecord, derived_fields
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import SCHEMA_VERSION, first_problem
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
@@ -27,7 +26,7 @@ MAX_BYTES = 16 * 2**20
 _NUMBERS = re.compile(r'\[\n[^][{}"]*\]')  # a list of them over several lines; no text holds a line end
 
 
-def build(
+def build_entry(
     suite: str,
     tasks: Sequence[TaskRecord],
     results: Sequence[TimedResult],
@@ -50,14 +49,14 @@ def build(
         tasks=tuple(tasks),
         results=tuple(runs),
         checkpoints_published=transfer is None,
-        **derived(runs, trainings, store, checkpoints=transfer is None),
+        **derived_fields(runs, trainings, store, checkpoints=transfer is None),
         transfer=transfer,
         trainings=tuple(trainings),
         provenance=provenance(command, wall_seconds(results), executor),
     )
 
 
-def write(leaderboard: LeaderboardRecord, path: Path) -> bool:
+def write_entry(leaderboard: LeaderboardRecord, path: Path) -> bool:
     """Return whether the leaderboard was written as JSON, whole or not at all.
 
     A file that says the same but for its provenance is left as it is: what ran first stays on record, and repeating a
@@ -69,8 +68,8 @@ def write(leaderboard: LeaderboardRecord, path: Path) -> bool:
     return True
 
 
-def publish(leaderboard: LeaderboardRecord, path: Path, source: Store) -> bool:
-    """Return what ``write`` does; the files that the leaderboard names are copied from a store to the one beside it.
+def publish_entry(leaderboard: LeaderboardRecord, path: Path, source: Store) -> bool:
+    """Return what ``write_entry`` does, having copied the files that the leaderboard names to the store beside it.
 
     Raises:
         RecordError: if one of them is missing or has been changed.
@@ -78,7 +77,7 @@ def publish(leaderboard: LeaderboardRecord, path: Path, source: Store) -> bool:
     target = Store(path.parent)
     for file in named_files(leaderboard, source):
         target.copy(file)
-    return write(leaderboard, path)
+    return write_entry(leaderboard, path)
 
 
 def named_files(leaderboard: LeaderboardRecord, store: Store) -> Iterator[Path]:
@@ -92,7 +91,7 @@ def named_files(leaderboard: LeaderboardRecord, store: Store) -> Iterator[Path]:
 
 
 def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
-    """Return the first line of a file that is not as ``write`` spells the leaderboard that was read from it.
+    """Return the first line of a file that is not as ``write_entry`` spells the leaderboard that was read from it.
 
     It may hold digits beyond what a number can have, or a name twice, of which only the last counts.
     """
@@ -112,18 +111,18 @@ def _text(leaderboard: LeaderboardRecord) -> str:
 
 def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:
     try:
-        return read(path).model_copy(update={"provenance": leaderboard.provenance}) == leaderboard
+        return read_entry(path).model_copy(update={"provenance": leaderboard.provenance}) == leaderboard
     except RecordError:
         return False
 
 
-def schema() -> str:
+def entry_schema() -> str:
     """Return the JSON schema of leaderboards (draft 2020-12), as text."""
     told = {"$schema": GenerateJsonSchema.schema_dialect, **LeaderboardRecord.model_json_schema()}
     return json.dumps(told, indent=2) + "\n"
 
 
-def read(path: Path) -> LeaderboardRecord:
+def read_entry(path: Path) -> LeaderboardRecord:
     """Return the leaderboard in a file.
 
     Raises:

@@ -1,18 +1,24 @@
-"""The record of a leaderboard file."""
+"""The record of a leaderboard file, and the parts of it that follow from the others."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import combinations
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, JsonValue, ValidationError, model_validator
 
 from hhrl_bench.errors import RecordError
+from hhrl_bench.evaluation.evidence import read_evidence
+from hhrl_bench.evaluation.metrics import Metric, compared
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
-from hhrl_bench.leaderboard.comparisons import PairwiseRecord, against
-from hhrl_bench.leaderboard.efficiency import EfficiencyRecord
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare
+from hhrl_bench.leaderboard.efficiency import EfficiencyRecord, efficiency
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.schema import Count, Name, Rate, Record, Sha256, first_problem
+from hhrl_bench.statistics.intervals import generator
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
+from hhrl_envs.arrays import Floats
 
 
 class MethodRecord(Record):
@@ -70,6 +76,53 @@ class LeaderboardRecord(Record):
                 raise ValueError(f"{agent} has two {what}s on {task}; keep one")
 
 
+def derived_fields(
+    results: Sequence[ResultRecord], trainings: Sequence[TrainingOutcomesRecord], store: Store, *, checkpoints: bool
+) -> dict[str, Any]:
+    """Return the fields of a leaderboard that follow from its results, its trainings and their files.
+
+    With ``checkpoints`` the store has those of the results; the methods are known from them.
+
+    Raises:
+        RecordError: if a file of the results is missing or damaged.
+    """
+    runs = [run for result in results for run in result.runs]
+    hashes = dict.fromkeys(run.checkpoint_sha256 for run in runs if run.checkpoint_sha256 and checkpoints)
+    metadata = [store.checkpoint_metadata(sha256) for sha256 in hashes]
+    return {
+        "methods": method_records(metadata),
+        "comparisons": tuple(_comparisons(results, store)),
+        "trainings_sha256": tuple(training.digest() for training in trainings),
+        "efficiency": tuple(efficiency(one, generator(f"{one.method} on {one.task}")) for one in trainings),
+    }
+
+
+def _comparisons(results: Sequence[ResultRecord], store: Store) -> Iterator[PairwiseRecord]:
+    """Yield the comparison of every two results on a task, in their order, by every metric that is compared."""
+    metrics = [metric for metric in compared() if all(metric.key in result.metrics for result in results)]
+    runs = [_runs(result, metrics, store) for result in results]
+    for (result, a), (other, b) in combinations(zip(results, runs, strict=True), 2):
+        if result.task == other.task:
+            for metric in metrics:
+                draws = generator(f"{result.agent} {other.agent} {result.task}{_suffix(metric)}")
+                yield compare(a[metric.key], b[metric.key], result.task, metric.key, draws)
+
+
+def _runs(result: ResultRecord, metrics: Sequence[Metric], store: Store) -> dict[str, Runs]:
+    """Return the values of every metric in the episodes of a result's runs."""
+    values: dict[str, list[Floats]] = {metric.key: [] for metric in metrics}
+    for run in result.runs:
+        evidence = read_evidence(run, store)
+        for metric in metrics:
+            values[metric.key].append(metric.values(evidence))
+    return {key: Runs(result.agent, of_runs) for key, of_runs in values.items()}
+
+
+def _suffix(metric: Metric) -> str:
+    """Return what tells the draws of a metric from those of others; success has none, as it was there alone."""
+    return "" if metric.key == "success" else f" {metric.key}"
+
+
 def method_records(metadata: Iterable[Mapping[str, Any]]) -> tuple[MethodRecord, ...]:
     """Return the methods that checkpoints with these metadata were trained by, each once, in their order.
 
@@ -93,9 +146,8 @@ def success(result: ResultRecord) -> float:
 
 
 def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[PairwiseRecord]:
-    """Return the comparison of every other agent to the most successful one of a task, in the order of the results."""
+    """Return the comparisons of every other agent to the most successful one of a task, in the order of the results."""
     results = board.on(task)
     if not results:
         return []
-    by_success = [one for one in board.comparisons if (one.task, one.metric) == (task.id, "success")]
-    return against(max(results, key=success).agent, by_success)
+    return against(max(results, key=success).agent, (one for one in board.comparisons if one.task == task.id))

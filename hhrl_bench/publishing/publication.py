@@ -12,7 +12,7 @@ import hhrl_bench
 from hhrl_agents.atomic_files import write_atomically
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard import entry as leaderboard
+from hhrl_bench.leaderboard.entry import entry_schema, named_files, read_entry
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import LeaderboardRecord
@@ -75,7 +75,7 @@ def write_index(folder: Path, levels: Mapping[str, Level]) -> IndexRecord:
     entries = [_entry(path, levels[path.name], before.get(path.name)) for path in entry_paths(folder)]
     index = IndexRecord(schema_version=SCHEMA_VERSION, entries=tuple(entries))
     write_atomically(folder / INDEX, index.model_dump_json(indent=2) + "\n")
-    write_atomically(folder / SCHEMA, leaderboard.schema())
+    write_atomically(folder / SCHEMA, entry_schema())
     return index
 
 
@@ -88,8 +88,8 @@ def check_index(folder: Path) -> Iterator[Finding]:
     known = {entry.file: entry.sha256 for entry in _read_index(folder).entries}
     found = {path.name: sha256_of(path.read_bytes()) for path in entry_paths(folder)}
     yield from differences(INDEX, known, found)
-    store, boards = Store(folder), map(leaderboard.read, entry_paths(folder))
-    named = {path for board in boards for path in leaderboard.named_files(board, store)}
+    store, boards = Store(folder), map(read_entry, entry_paths(folder))
+    named = {path for board in boards for path in named_files(board, store)}
     for path in sorted({*folder.glob("evidence/*"), *folder.glob("checkpoints/*")} - named):
         yield Finding(str(path.relative_to(folder)), "no entry names this file")
 
@@ -139,7 +139,7 @@ def _read_index(folder: Path) -> IndexRecord:
 
 
 def _entry(path: Path, level: Level, before: EntryRecord | None) -> EntryRecord:
-    board, sha256 = leaderboard.read(path), sha256_of(path.read_bytes())
+    board, sha256 = read_entry(path), sha256_of(path.read_bytes())
     verified = VerifiedRecord(
         level=level, day=datetime.now(UTC).date().isoformat(), package_version=hhrl_bench.__version__
     )
@@ -162,6 +162,6 @@ def _agents(board: LeaderboardRecord) -> tuple[str, ...]:
 
 def of_suite(folder: Path, suite: str) -> dict[str, LeaderboardRecord]:
     """Return the entries of a suite in a folder by name, the published one first."""
-    boards = {path.stem: leaderboard.read(path) for path in entry_paths(folder)}
+    boards = {path.stem: read_entry(path) for path in entry_paths(folder)}
     own = {name: board for name, board in boards.items() if board.suite == suite}
     return dict(sorted(own.items(), key=lambda item: item[0] != suite))

@@ -13,7 +13,7 @@ from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus
 from hhrl_bench.execution.run import IN_THIS_PROCESS, Execution, Show, run_stages
 from hhrl_bench.execution.unit import Done, Stages, Unit
-from hhrl_bench.leaderboard.entry import build
+from hhrl_bench.leaderboard.entry import build_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites.suites import Curves, Suite
 from hhrl_bench.suites.units import arm_trainings
@@ -80,7 +80,7 @@ class Study:
         tasks = [task_record(task, self.episodes) for task in self.tasks]
         trainings = [read_outcomes(training.folder, training.seeds) for training in self.curves.trainings]
         transfer = transfer_record(self.curves.transfers)
-        return build(self.name, tasks, results, self.command, self.store, transfer, trainings, executor)
+        return build_entry(self.name, tasks, results, self.command, self.store, transfer, trainings, executor)
 
 
 def suite_study(suite: Suite, folder: Path) -> Study:

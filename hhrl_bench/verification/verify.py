@@ -8,10 +8,9 @@ import numpy as np
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.evaluation.results import Update, silent, task_record
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard.derived import derived
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.level import Level
-from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.leaderboard.record import LeaderboardRecord, derived_fields
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.transfer.summary import recompute
 from hhrl_bench.verification.checked_result import checked_results, played_task
@@ -77,7 +76,9 @@ def _check_failed(board: LeaderboardRecord) -> Iterator[Finding]:
 def _check_derived(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
     published = board.checkpoints_published
     yield from _check_again(
-        "results, trainings", board, lambda: derived(board.results, board.trainings, store, checkpoints=published)
+        "results, trainings",
+        board,
+        lambda: derived_fields(board.results, board.trainings, store, checkpoints=published),
     )
     if transfer := board.transfer:
         yield from _check_again("transfer", board, lambda: {"transfer": recompute(transfer)})

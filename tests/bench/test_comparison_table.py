@@ -13,7 +13,6 @@ from hhrl_bench.tables.table import by_importance
 from hhrl_bench.tables.terminal import print_tables
 from hhrl_bench.text import NONE
 
-
 METRICS = [metric.key for metric in by_importance(columns("results"))]
 
 

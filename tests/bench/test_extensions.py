@@ -19,7 +19,7 @@ from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.run import Execution
 from hhrl_bench.extensions import VARIABLE, load_extensions
-from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.entry import publish_entry, read_entry
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.suites.study import suite_study
 from hhrl_bench.suites.suites import ScoreSuite
@@ -68,7 +68,7 @@ def published(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("entry")
     study = suite_study(SUITE, folder)
     board = study.leaderboard(list(study.run(Execution(workers=2))))
-    entry.publish(board, folder / "small.json", study.store)
+    publish_entry(board, folder / "small.json", study.store)
     return folder / "small.json"
 
 
@@ -128,7 +128,7 @@ def test_the_schema_has_a_metric_that_entries_of_before_need_not_have() -> None:
 
 
 def test_a_published_entry_without_the_metric_still_holds() -> None:
-    board = entry.read(FOLDER / "quick.json")
+    board = read_entry(FOLDER / "quick.json")
     assert board.results[0].metrics.get("followed") is None
     assert "followed" not in board.results[0].metrics
     assert list(verify(board, Store(FOLDER), Level.RECOMPUTED)) == []
@@ -137,7 +137,7 @@ def test_a_published_entry_without_the_metric_still_holds() -> None:
 
 @pytest.mark.parametrize("level", [Level.RECOMPUTED, Level.RERUN])
 def test_an_entry_with_the_metric_holds(published: Path, level: Level) -> None:
-    board = entry.read(published)
+    board = read_entry(published)
     assert all(key in result.metrics for result in board.results for key in MINE)
     assert list(verify(board, Store(published.parent), level)) == []
 
@@ -148,7 +148,7 @@ def test_a_changed_number_of_the_metric_is_found(published: Path, key: str, leve
     data["results"][1]["runs"][0]["metrics"][key] += 1.0
     changed = published.with_name("changed.json")
     changed.write_text(json.dumps(data))
-    places = [finding.place for finding in verify(entry.read(changed), Store(published.parent), level)]
+    places = [finding.place for finding in verify(read_entry(changed), Store(published.parent), level)]
     assert places == [f"results[1].runs[0].metrics.{key}"]
 
 

@@ -7,7 +7,7 @@ import pytest
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.figures.watch import failures, film_failures
-from hhrl_bench.leaderboard import entry as leaderboard
+from hhrl_bench.leaderboard.entry import publish_entry, read_entry
 from hhrl_bench.suites.study import suite_study
 from hhrl_bench.suites.suites import ScoreSuite
 from hhrl_envs import Outcome
@@ -21,13 +21,13 @@ def entry(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("entry")
     study = suite_study(SUITE, folder)
     board = study.leaderboard(list(study.run()))
-    leaderboard.publish(board, folder / "small.json", study.store)
+    publish_entry(board, folder / "small.json", study.store)
     return folder / "small.json"
 
 
 @pytest.mark.parametrize("task", SUITE.tasks)
 def test_films_are_of_the_episodes_that_failed_and_end_as_those_did(entry: Path, task: str, tmp_path: Path) -> None:
-    board, store = leaderboard.read(entry), Store(entry.parent)
+    board, store = read_entry(entry), Store(entry.parent)
     failed = list(failures(board, store, "rule-2", task))
     (run,) = next(result for result in board.results if (result.agent, result.task) == ("rule-2", task)).runs
     assert len(failed) == round(12 * (1 - run.metrics.success))
@@ -37,7 +37,7 @@ def test_films_are_of_the_episodes_that_failed_and_end_as_those_did(entry: Path,
 
 
 def test_what_an_entry_does_not_have_is_one_line(entry: Path, tmp_path: Path) -> None:
-    board, store = leaderboard.read(entry), Store(entry.parent)
+    board, store = read_entry(entry), Store(entry.parent)
     assert not list(failures(board, store, "rule-plus", "stop-line-v0"))
     with pytest.raises(RecordError, match="the entry has no ddqn on stop-line-v0; it has rule-2 on stop-line-v0"):
         list(film_failures(board, store, "ddqn", "stop-line-v0", 1, tmp_path / "film.gif"))

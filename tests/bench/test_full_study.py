@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from hhrl_bench.evaluation.records import ResultRecord
-from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.tables.results import worst_run
 from hhrl_bench.tables.success import success_cell
 
 ROOT = Path(__file__).parents[2]
-BOARD = entry.read(ROOT / "leaderboards" / "full.json")
+BOARD = read_entry(ROOT / "leaderboards" / "full.json")
 RESULTS = {(result.task, result.agent): result for result in BOARD.results}
 LEARNED = ("ddqn", "ddqn-plus", "hybrid-hrl", "hybrid-hrl-plus", "pqn")
 PAGES = {

@@ -12,8 +12,7 @@ from hhrl_agents import METHODS, RULES
 from hhrl_bench.errors import AgentError, RecordError, UnknownSuiteError
 from hhrl_bench.evaluation.loading import shipped_methods
 from hhrl_bench.evaluation.metrics import METRICS
-from hhrl_bench.leaderboard import entry
-from hhrl_bench.leaderboard.entry import read, write
+from hhrl_bench.leaderboard.entry import read_entry, write_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites import units
 from hhrl_bench.suites.study import suite_study
@@ -40,9 +39,9 @@ def test_two_runs_differ_in_their_provenance_at_most(board: LeaderboardRecord, t
 
 
 def test_a_written_leaderboard_reads_back_equal(board: LeaderboardRecord, tmp_path: Path) -> None:
-    write(board, tmp_path / "a.json")
-    assert read(tmp_path / "a.json") == board
-    write(read(tmp_path / "a.json"), tmp_path / "b.json")
+    write_entry(board, tmp_path / "a.json")
+    assert read_entry(tmp_path / "a.json") == board
+    write_entry(read_entry(tmp_path / "a.json"), tmp_path / "b.json")
     assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
 
 
@@ -112,7 +111,7 @@ def test_a_spoilt_leaderboard_is_refused_in_one_line(
     path = tmp_path / "spoilt.json"
     path.write_text(json.dumps(data))
     with pytest.raises(RecordError, match=said) as caught:
-        read(path)
+        read_entry(path)
     assert "spoilt.json is no leaderboard" in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
 
@@ -122,7 +121,7 @@ def test_what_is_no_leaderboard_is_refused_in_one_line(tmp_path: Path, text: byt
     path = tmp_path / "a.json"
     path.write_bytes(text)
     with pytest.raises(RecordError, match=r"a\.json is no leaderboard") as caught:
-        read(path)
+        read_entry(path)
     assert len(str(caught.value).splitlines()) == 1
 
 
@@ -132,22 +131,22 @@ def test_a_truncated_leaderboard_is_refused(board: LeaderboardRecord, tmp_path: 
     for length in range(0, len(text), max(1, len(text) // 40)):
         path.write_text(text[:length])
         with pytest.raises(RecordError):
-            read(path)
+            read_entry(path)
 
 
 def test_an_oversized_file_is_not_read_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.json"
     path.write_text(" " * 300)
-    monkeypatch.setattr(entry, "MAX_BYTES", 200)
+    monkeypatch.setattr("hhrl_bench.leaderboard.entry.MAX_BYTES", 200)
     with pytest.raises(RecordError, match="larger than"):
-        read(path)
+        read_entry(path)
 
 
 def test_a_leaderboard_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match="No such file or directory"):
-        read(tmp_path / "a.json")
+        read_entry(tmp_path / "a.json")
     with pytest.raises(RecordError, match="Is a directory"):
-        read(tmp_path)
+        read_entry(tmp_path)
 
 
 def test_an_agent_that_does_not_load_is_said_before_anything_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -182,13 +181,13 @@ def test_an_unknown_suite_is_told_which_there_are() -> None:
 
 def test_a_repeated_run_leaves_the_published_file_as_it_is(board: LeaderboardRecord, tmp_path: Path) -> None:
     path = tmp_path / "quick.json"
-    entry.write(board, path)
+    write_entry(board, path)
     before = path.read_bytes()
     again = board.model_copy(update={"provenance": board.provenance.model_copy(update={"command": "again"})})
-    entry.write(again, path)
+    write_entry(again, path)
     assert path.read_bytes() == before
-    entry.write(board.model_copy(update={"suite": "other"}), path)
+    write_entry(board.model_copy(update={"suite": "other"}), path)
     assert path.read_bytes() != before
     path.write_text("{")
-    entry.write(board, path)
+    write_entry(board, path)
     assert path.read_bytes() == before

@@ -11,7 +11,7 @@ from hhrl_bench.figures.leaderboard import save_leaderboard_figures
 from hhrl_bench.figures.style import lines, style
 from hhrl_bench.figures.table_one import RATES, counterparts, draw_table_one
 from hhrl_bench.figures.training import draw_training_curves
-from hhrl_bench.leaderboard.entry import write
+from hhrl_bench.leaderboard.entry import write_entry
 from hhrl_bench.paper_table import TABLE_I
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from support.boards import board, rules
@@ -112,7 +112,7 @@ def test_one_agent_without_curves_has_nothing_to_draw(tmp_path: Path) -> None:
     nothing = {"comparisons": (), "trainings": (), "trainings_sha256": (), "efficiency": (), "transfer": None}
     lonely = whole_board().model_copy(update={"results": whole_board().results[:1], **nothing})
     assert save_leaderboard_figures(lonely, STORE, tmp_path / "new") == []
-    write(lonely, tmp_path / "a.json")
+    write_entry(lonely, tmp_path / "a.json")
     said = invoke("figures", str(tmp_path / "a.json"), "--out", str(tmp_path / "new"))
     assert (said.exit_code, "one agent a task and no curves: nothing to draw" in said.stderr) == (2, True)
     assert not (tmp_path / "new").exists()

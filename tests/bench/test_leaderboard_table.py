@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.leaderboard.entry import write
+from hhrl_bench.leaderboard.entry import write_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
 from support.command_line import invoke
 from support.whole_board import AGENTS, whole_board
@@ -13,7 +13,7 @@ LONG = "my_agents/careful_driver_of_mine:make_a_very_careful_agent"
 
 
 def shown(board: LeaderboardRecord, folder: Path, *arguments: str, columns: int | None = None) -> str:
-    write(board, folder / "a.json")
+    write_entry(board, folder / "a.json")
     result = invoke("leaderboard", "show", str(folder / "a.json"), *arguments, columns=columns)
     assert result.exit_code == 0, result.output
     return result.stdout

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.leaderboard import entry as leaderboard
+from hhrl_bench.leaderboard.entry import entry_schema, read_entry
 from hhrl_bench.publishing import publication
 from hhrl_bench.publishing.publication import IndexRecord
 from hhrl_bench.suites import suites
@@ -61,7 +61,7 @@ def test_a_folder_is_built_once_and_then_verified(folder: Path) -> None:
     (entry,) = index.entries
     assert (entry.file, entry.suite, entry.agents, entry.results) == ("tiny.json", "tiny", TINY.agents, 4)
     assert entry.verified.level == "replayed"
-    assert (folder / "schema.json").read_text() == leaderboard.schema()
+    assert (folder / "schema.json").read_text() == entry_schema()
     before = tree(folder)
     assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
     assert tree(folder) == before
@@ -130,7 +130,7 @@ def test_an_own_agent_is_scored_and_submitted(folder: Path, tmp_path: Path, monk
     assert invoke("leaderboard", "build", "--folder", str(folder), "--level", "rerun").exit_code == 0
     index = IndexRecord.model_validate_json((folder / "INDEX.json").read_bytes())
     assert {one.file: one.verified.level for one in index.entries} == {"my-rule.json": "replayed", "tiny.json": "rerun"}
-    (mine, _) = leaderboard.read(folder / "my-rule.json").results
+    (mine, _) = read_entry(folder / "my-rule.json").results
     assert (mine.agent, mine.kind) == ("my_rule:make", "factory")
     again = invoke("leaderboard", "submit", str(entry), "--name", "my-rule", "--folder", str(folder))
     assert again.exit_code == 2

@@ -10,7 +10,7 @@ import pytest
 from hhrl_agents import METHODS
 from hhrl_bench.evaluation.loading import SHIPPED
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.publishing.publication import check_index, entry_paths
 from hhrl_bench.suites.suites import SUITES
@@ -44,13 +44,13 @@ def test_a_published_leaderboard_keeps_to_the_published_schema(path: Path) -> No
 
 @EACH_BOARD
 def test_a_published_leaderboard_is_verified_and_one_of_its_agents_run_again(path: Path) -> None:
-    findings = verify(entry.read(path), Store(FOLDER), Level.RERUN, sample=1, seed=len(path.stem))
+    findings = verify(read_entry(path), Store(FOLDER), Level.RERUN, sample=1, seed=len(path.stem))
     assert list(map(str, findings)) == []
 
 
 @pytest.mark.parametrize("name", [path.stem for path in entry_paths(FOLDER) if path.stem in SUITES])
 def test_a_leaderboard_named_after_a_suite_holds_all_of_it(name: str) -> None:
-    board, suite = entry.read(FOLDER / f"{name}.json"), SUITES[name]
+    board, suite = read_entry(FOLDER / f"{name}.json"), SUITES[name]
     assert board.suite == name
     assert {task.id: task.episodes for task in board.tasks} == dict.fromkeys(suite.tasks, suite.episodes)
     units = {unit.name for stage in suite.stages(Path()) for unit in stage}
@@ -71,7 +71,7 @@ def test_what_is_published_is_fit_for_a_repository() -> None:
 
 @EACH_BOARD
 def test_a_published_leaderboard_is_of_this_version(path: Path) -> None:
-    board = entry.read(path)
+    board = read_entry(path)
     for task in board.tasks:
         assert task.spec_hash == get_scenario(task.scenario).spec_hash
         if task.opponent:
@@ -80,7 +80,7 @@ def test_a_published_leaderboard_is_of_this_version(path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["quick", "robustness"])
 def test_a_leaderboard_of_shipped_agents_scores_the_shipped_checkpoints(name: str) -> None:
-    board = entry.read(FOLDER / f"{name}.json")
+    board = read_entry(FOLDER / f"{name}.json")
     shipped = {sha256 for method in METHODS if method not in FOR_NO_BOARD for sha256 in checkpoints(method)}
     learned = {run.checkpoint_sha256 for result in board.results if result.kind == "learned" for run in result.runs}
     assert learned == shipped

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hhrl_bench.evaluation.records import MetricRecord
-from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.entry import read_entry
 from support.command_line import invoke
 
 ROOT = Path(__file__).parents[2]
@@ -73,7 +73,7 @@ def test_documentation_holds_the_commands_it_promises() -> None:
 
 
 def test_the_results_table_says_what_the_published_leaderboard_holds() -> None:
-    board = entry.read(ROOT / "leaderboards" / "quick.json")
+    board = read_entry(ROOT / "leaderboards" / "quick.json")
     text = (ROOT / "README.md").read_text()
     rows = re.findall(r"^\| (Rule \d|Rule plus|flat Double DQN|Hybrid HRL)[^|]*\| (.*) \|$", text, re.MULTILINE)
     assert len(rows) == len(board.results)

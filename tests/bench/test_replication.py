@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from hhrl_bench.evaluation.records import MetricRecord
-from hhrl_bench.leaderboard import entry
 from hhrl_bench.leaderboard.comparisons import Runs, compare
+from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.statistics.intervals import bootstrap_mean
 from hhrl_bench.training.learning_curves import Curve, area
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "REPLICATION.md").read_text()
-BOARD = entry.read(ROOT / "leaderboards" / "paper.json")
+BOARD = read_entry(ROOT / "leaderboards" / "paper.json")
 RESULTS = {result.agent: result.metrics for result in BOARD.results}
 AREAS = {
     training.method: Runs(
@@ -95,7 +95,7 @@ def test_what_each_part_adds(part: str, to: str) -> None:
 
 @pytest.mark.parametrize("row", TRAININGS)
 def test_the_three_trainings(row: str) -> None:
-    board = entry.read(ROOT / "leaderboards" / "trainings.json")
+    board = read_entry(ROOT / "leaderboards" / "trainings.json")
     (metrics,) = (result.metrics for result in board.results if result.agent == TRAININGS[row])
     rates = (metrics.success, metrics.collision, metrics.not_stop, metrics.timeout)
     assert cells(row) == [said(rate, 2, percent=True) for rate in rates]

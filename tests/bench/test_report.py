@@ -7,7 +7,7 @@ import pytest
 
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard.entry import write
+from hhrl_bench.leaderboard.entry import write_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
 from hhrl_bench.paper_table import TABLE_I
 from hhrl_bench.publishing.html_page import LARGEST_SVG, html
@@ -131,7 +131,7 @@ def test_the_command_writes_the_page(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("hhrl_bench.publishing.html_page.html", lambda board, store: f"{board.suite} {store.folder}")
-    write(board, Path("a.json"))
+    write_entry(board, Path("a.json"))
     assert invoke("report", "a.json", *out).exit_code == 0
     assert Path(page).read_text() == f"{board.suite} ."
 
@@ -150,7 +150,7 @@ def test_bad_input_is_one_line_and_leaves_everything(
     board: LeaderboardRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], said: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    write(board, Path("a.json"))
+    write_entry(board, Path("a.json"))
     Path("spoilt.json").write_text("{}")
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     result = invoke("report", *arguments)

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 pytest.importorskip("torch")
 
-from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.entry import read_entry, write_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites.study import suite_study
 from hhrl_bench.suites.suites import SUITES, TrainingSuite
@@ -46,7 +46,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def board(folder: Path) -> LeaderboardRecord:
-    return entry.read(folder / "tiny.json")
+    return read_entry(folder / "tiny.json")
 
 
 def command(folder: Path) -> list[str]:
@@ -106,7 +106,7 @@ def test_its_figure_is_drawn_from_the_leaderboard_alone(folder: Path, tmp_path: 
 def test_a_leaderboard_with_nothing_to_draw_is_one_line(board: LeaderboardRecord, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     path = tmp_path / "bare.json"
-    entry.write(board.model_copy(update={"trainings": ()}), path)
+    write_entry(board.model_copy(update={"trainings": ()}), path)
     said = invoke("figures", str(path), "--out", str(tmp_path / "new"))
     assert (said.exit_code, said.stdout) == (2, "")
     assert said.stderr == "hhrl-bench: the leaderboard of tiny has one agent a task and no curves: nothing to draw\n"

@@ -14,7 +14,7 @@ from hhrl_agents.policies.learned_agent import LearnedAgent  # noqa: E402
 from hhrl_bench.errors import AgentError, CurveError  # noqa: E402
 from hhrl_bench.evaluation.evaluate import play  # noqa: E402
 from hhrl_bench.execution.unit import Unit  # noqa: E402
-from hhrl_bench.leaderboard import entry  # noqa: E402
+from hhrl_bench.leaderboard.entry import read_entry  # noqa: E402
 from hhrl_bench.leaderboard.record import LeaderboardRecord  # noqa: E402
 from hhrl_bench.suites.study import suite_study, transfer_study  # noqa: E402
 from hhrl_bench.suites.suites import TransferSuite  # noqa: E402
@@ -90,7 +90,7 @@ def test_every_arm_begins_and_ends_as_it_says(source: Path, moved: Path) -> None
 
 
 def test_curves_begin_at_step_0_and_share_their_reports(moved: Path) -> None:
-    board = entry.read(moved / "transfer.json")
+    board = read_entry(moved / "transfer.json")
     assert board.transfer is not None
     rows = {(row.target, row.arm): row for row in board.transfer.rows}
     assert {arm for target, arm in rows if target == "stop-line-wet-v0"} == {
@@ -108,7 +108,7 @@ def test_curves_begin_at_step_0_and_share_their_reports(moved: Path) -> None:
 
 
 def test_results_are_of_the_chosen_checkpoints_in_the_target(moved: Path) -> None:
-    board = entry.read(moved / "transfer.json")
+    board = read_entry(moved / "transfer.json")
     assert [(result.task, result.agent) for result in board.results][:4] == [
         ("stop-line-wet-v0", f"hybrid-hrl {arm}") for arm in ("zero-shot", "frozen-action", "fine-tune", "scratch")
     ]
@@ -139,7 +139,7 @@ def test_a_stopped_transfer_goes_on_to_the_same_leaderboard(source: Path, moved:
     next(reports), next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
     again = study.leaderboard(list(study.run()))
-    whole = entry.read(moved / "transfer.json")
+    whole = read_entry(moved / "transfer.json")
     assert same(again) == same(whole)
 
 

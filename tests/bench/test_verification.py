@@ -17,7 +17,8 @@ from hhrl_bench.evaluation.episodes import EpisodeRecords
 from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard import comparisons, entry
+from hhrl_bench.leaderboard import comparisons
+from hhrl_bench.leaderboard.entry import MAX_BYTES, read_entry, respelt, write_entry
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.statistics import censored_times, intervals
@@ -65,7 +66,7 @@ def path(published: Path, tmp_path: Path) -> Path:
 
 
 def findings(path: Path, level: Level = Level.REPLAYED) -> list[Finding]:
-    return list(verify(entry.read(path), Store(path.parent), level))
+    return list(verify(read_entry(path), Store(path.parent), level))
 
 
 def complaint(path: Path) -> str:
@@ -96,7 +97,7 @@ def names(said: str, place: Place, value: object) -> bool:
 @pytest.mark.parametrize("level", Level)
 def test_what_was_published_holds(published: Path, level: Level) -> None:
     assert findings(published, level) == []
-    assert list(entry.respelt(published, entry.read(published))) == []
+    assert list(respelt(published, read_entry(published))) == []
 
 
 def drawn(data: Any, count: int, seed: int) -> list[Place]:
@@ -119,7 +120,7 @@ def test_any_changed_leaf_is_found_and_named(path: Path, data: Any) -> None:
 
 
 def test_any_changed_leaf_of_a_transfer_is_found_and_named(path: Path) -> None:
-    entry.write(small_board.with_transfer(entry.read(path)), path)
+    write_entry(small_board.with_transfer(read_entry(path)), path)
     assert findings(path) == []
     data, rng = json.loads(path.read_text()), np.random.default_rng(3)
     places = [place for place in leaves(data) if place[0] in {"transfer", "checkpoints_published"}]
@@ -131,7 +132,7 @@ def test_any_changed_leaf_of_a_transfer_is_found_and_named(path: Path) -> None:
 
 def test_of_checkpoints_that_are_not_published_nothing_is_proved(path: Path) -> None:
     """An entry of a transfer says so itself; its command trains them again."""
-    entry.write(small_board.with_transfer(entry.read(path)), path)
+    write_entry(small_board.with_transfer(read_entry(path)), path)
     data = json.loads(path.read_text())
     path.write_text(json.dumps(put(data, ("results", 1, "runs", 0, "checkpoint_sha256"), "0" * 64)))
     assert complaint(path) == ""
@@ -148,9 +149,9 @@ def test_digits_that_change_no_number_are_found(path: Path) -> None:
     text = path.read_text()
     number = next(line for line in text.splitlines() if '"mean": 0.' in line)
     path.write_text(text.replace(number, number.rstrip(",") + "0" * 20 + ("," if number.endswith(",") else "")))
-    board = entry.read(path)
+    board = read_entry(path)
     assert list(verify(board, Store(path.parent), Level.RECOMPUTED)) == []
-    (finding,) = entry.respelt(path, board)
+    (finding,) = respelt(path, board)
     assert finding.place.startswith("line ")
 
 
@@ -237,7 +238,7 @@ SPOILT = {
     "truncated": lambda text: text[: len(text) // 2],
     "of another version": lambda text: text.replace('"schema_version": 1', '"schema_version": 2', 1),
     "nested": lambda text: text.replace('"suite": ', '"suite": ' + "[" * 100_000, 1),
-    "oversized": lambda text: text + " " * entry.MAX_BYTES,
+    "oversized": lambda text: text + " " * MAX_BYTES,
     "escaping": lambda text: re.sub(r'"evidence_sha256": "[0-9a-f]{64}"', '"evidence_sha256": "../../escape"', text),
     "a terminal's command": lambda text: text.replace('"suite": "', '"suite": "\\u001b[2J', 1),
     "empty": lambda text: text[:0],

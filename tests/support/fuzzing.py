@@ -23,7 +23,8 @@ from hhrl_bench import provenance
 from hhrl_bench.evaluation.evidence import unpack
 from hhrl_bench.evaluation.loading import SHIPPED, load_agents, training_record
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard import comparisons, entry
+from hhrl_bench.leaderboard import comparisons
+from hhrl_bench.leaderboard.entry import read_entry, respelt
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import method_records
 from hhrl_bench.publishing import publication
@@ -126,8 +127,8 @@ def attack_metadata(sandbox: Sandbox, rng: Rng) -> None:
 def attack_entry(sandbox: Sandbox, rng: Rng) -> None:
     path = sandbox.board.with_name("fuzzed.json")
     path.write_bytes(hostile.change_json(sandbox.board.read_bytes(), rng))
-    board = entry.read(path)
-    list(entry.respelt(path, board))
+    board = read_entry(path)
+    list(respelt(path, board))
     for finding in verify(board, Store(path.parent), Level.RECOMPUTED):
         require_one_line(str(finding))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from hhrl_bench.evaluation.records import TimedResult
 from hhrl_bench.evaluation.results import task_record
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard import entry
+from hhrl_bench.leaderboard.entry import build_entry, publish_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites.units import Evaluation, OutcomeRecord
 from hhrl_bench.tasks.tasks import get_task
@@ -36,10 +36,10 @@ def publish(folder: Path, pairs: Sequence[tuple[str, str]] = PAIRS) -> Path:
     done = [Evaluation(agent, get_task(task), EPISODES, folder).run() for agent, task in pairs]
     tasks = [task_record(get_task(task), EPISODES) for task in dict.fromkeys(task for _, task in pairs)]
     trainings = [one for one in TRAININGS if one.task in {task.id for task in tasks}]
-    board = entry.build("small", tasks, done, "make it", store, trainings=trainings)
+    board = build_entry("small", tasks, done, "make it", store, trainings=trainings)
     path = folder / "published" / "small.json"
     path.parent.mkdir()
-    entry.publish(board, path, store)
+    publish_entry(board, path, store)
     return path
 
 
