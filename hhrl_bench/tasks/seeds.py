@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hhrl_bench.errors import SeedError
+from hhrl_envs.arrays import Keys
 
 RANGE_SIZE = 10**9
 MAX_TRAINING_SEED = 999
 MAX_COUNT = 10**5
-
-UInt64Array = NDArray[np.uint64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +23,7 @@ class SeedRange:
     start: int
     size: int = RANGE_SIZE
 
-    def take(self, count: int, offset: int = 0) -> UInt64Array:
+    def take(self, count: int, offset: int = 0) -> Keys:
         """Return the world seeds ``start + offset + i`` for i in 0 .. count - 1, uint64 [count].
 
         Raises:

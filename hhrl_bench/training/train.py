@@ -21,12 +21,13 @@ from hhrl_bench.evaluation.evaluate import one_torch_thread, play, training_driv
 from hhrl_bench.evaluation.metrics import means, watched
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
-from hhrl_bench.tasks.seeds import UInt64Array, format_seeds
+from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.tasks.tasks import Task
 from hhrl_bench.training.reuse import Reuse
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState
 from hhrl_envs import Outcome, get_scenario
+from hhrl_envs.arrays import Keys
 from hhrl_envs.errors import require
 
 if TYPE_CHECKING:
@@ -37,9 +38,16 @@ VALIDATION_EPISODES = 256
 
 @dataclass(frozen=True)
 class Plan:
-    """What to train, for how many environment steps a seed, the run directory to fill, and where torch computes.
+    """What to train.
 
-    reuse: what the seeds begin with, if not from nothing.
+    Attributes:
+        method: the method.
+        task: what it is trained on.
+        seeds: training seeds, trained side by side.
+        env_steps: budget of a seed, in environment steps.
+        folder: the run directory to fill.
+        device: where torch computes.
+        reuse: what the seeds begin with; None: they begin from nothing.
     """
 
     method: Method
@@ -130,7 +138,7 @@ def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Ite
 
 
 class _Training:
-    """A training under way: the learner, and what its reports have come to."""
+    """A training under way: the learner, and what the seeds' reports have come to."""
 
     def __init__(self, plan: Plan, directory: RunDirectory) -> None:
         self._plan, self._directory = plan, directory
@@ -234,7 +242,7 @@ def find_fault(losses: Mapping[str, float], finite_parameters: bool, updated: bo
     return f"its {lost[0]} loss is not finite" if lost else None
 
 
-def _world_seeds(plan: Plan, n_envs: int) -> UInt64Array:
+def _world_seeds(plan: Plan, n_envs: int) -> Keys:
     """Return the training worlds [E, n_envs]: seed k has block k of the train range, whatever it is stacked with."""
     return np.stack([plan.task.train.take(n_envs, offset=seed * n_envs) for seed in plan.seeds])
 

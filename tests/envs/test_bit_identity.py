@@ -18,7 +18,7 @@ from hhrl_envs.simulation.simulator import Simulator
 from hhrl_envs.views.gym_env import StopLineEnv
 from hhrl_envs.views.parallel_env import StopLineParallelEnv
 from hhrl_envs.views.vector_env import StopLineVectorEnv
-from support.stories import Teller, chosen_level, digest
+from support.trajectories import TrajectoryRecorder, chosen_level, digest
 
 STEPS, SEED = 200, 90
 FULL = layout.LANES  # of a block of rows
@@ -28,7 +28,7 @@ WORLDS = [(scenario.id, 0) for scenario in SCENARIOS.values()] + [
     for scenario in SCENARIOS.values()
     if scenario.goal != Goal.FOLLOW and scenario.traffic.max_fronts > 0
 ]
-STORIES: dict[tuple[str, int], str] = {
+DIGESTS: dict[tuple[str, int], str] = {
     ("stop-line-v0", 0): "fc6cabd27c962c7c303a821e33e156435a2a849057a3ac9e1413cac2ea386a65",
     ("follow-v0", 0): "38b1027a247d5261c46572e1bad0699a5496f5a6a810d3576f9f033010a3aa5f",
     ("red-light-v0", 0): "fbcdf43bacc06fb3b6a3741b1dc96ce0e8edc9aef5d84f3195c38b58e414a55e",
@@ -43,13 +43,13 @@ EACH = pytest.mark.parametrize(("scenario_id", "fronts"), WORLDS)
 @EACH
 def test_in_every_batch_on_every_thread_with_and_without_autoreset(scenario_id: str, fronts: int) -> None:
     scenario, rng = get_scenario(scenario_id), np.random.default_rng(1)
-    alone = [Teller(scenario, [seed], [0], fronts).tell(STEPS)[0] for seed in (SEED, SEED + 1)]
+    alone = [TrajectoryRecorder(scenario, [seed], [0], fronts).record(STEPS)[0] for seed in (SEED, SEED + 1)]
     assert alone[0] != alone[1]
     for size, threads, autoreset in BATCHES:
         seeds = rng.integers(0, 2**62, size).tolist()
         seeds[0], seeds[-1] = SEED, SEED + 1
-        told = Teller(scenario, seeds, [0, size - 1], fronts, threads).tell(STEPS, autoreset)
-        assert told == alone, f"{size} rows on {threads} threads, autoreset={autoreset}"
+        recorded = TrajectoryRecorder(scenario, seeds, [0, size - 1], fronts, threads).record(STEPS, autoreset)
+        assert recorded == alone, f"{size} rows on {threads} threads, autoreset={autoreset}"
 
 
 @EACH
@@ -61,7 +61,9 @@ def test_after_other_episodes_in_the_same_memory(scenario_id: str, fronts: int) 
         for _ in range(150):
             simulator.step(np.full((3, 1 + fronts), 4).squeeze(), autoreset=True)
 
-    fresh, used = (Teller(scenario, seeds, range(3), fronts, change=change).tell(STEPS) for change in (None, use))
+    fresh, used = (
+        TrajectoryRecorder(scenario, seeds, range(3), fronts, change=change).record(STEPS) for change in (None, use)
+    )
     assert fresh == used
 
 
@@ -97,9 +99,9 @@ def test_in_copies_of_an_environment(scenario_id: str, fronts: int) -> None:
     copies = copy.deepcopy(env), pickle.loads(pickle.dumps(env))  # noqa: S301  (made here)
     while env.agents:
         actions = dict.fromkeys(env.agents, 5)
-        told = env.step(actions)
+        recorded = env.step(actions)
         for other in copies:
-            assert pickle.dumps(other.step(actions)) == pickle.dumps(told)
+            assert pickle.dumps(other.step(actions)) == pickle.dumps(recorded)
             assert other.state().tobytes() == env.state().tobytes()
 
 
@@ -111,9 +113,9 @@ def test_in_copies_of_a_batch_that_threads_share() -> None:
         envs.step(actions)
     copies = copy.deepcopy(envs), pickle.loads(pickle.dumps(envs))  # noqa: S301  (made here)
     for _ in range(40):
-        told = envs.step(actions)
+        recorded = envs.step(actions)
         for other in copies:
-            assert pickle.dumps(other.step(actions)) == pickle.dumps(told)
+            assert pickle.dumps(other.step(actions)) == pickle.dumps(recorded)
 
 
 @EACH
@@ -128,10 +130,10 @@ def test_in_the_pettingzoo_view(scenario_id: str, fronts: int) -> None:
         chosen = [chosen_level(*key, step, slot, simulator.scenario.num_actions) for slot in range(len(agents))]
         simulator.step(chosen if fronts == 0 else [chosen])
         actions = dict(zip(agents, chosen, strict=True))
-        told = env.step({agent: actions[agent] for agent in env.agents})
+        recorded = env.step({agent: actions[agent] for agent in env.agents})
         for slot, agent in enumerate(agents):
-            if agent in told[0]:
-                check_agent(agent, told, simulator, slot)
+            if agent in recorded[0]:
+                check_agent(agent, recorded, simulator, slot)
         assert env.state().tobytes() == simulator.frame.all_observations[:, :, 0].T.tobytes()
         if not env.agents:
             simulator.reset_done()
@@ -142,8 +144,8 @@ def test_in_the_pettingzoo_view(scenario_id: str, fronts: int) -> None:
     assert endings > 0
 
 
-def check_agent(agent: str, told: Any, simulator: Simulator, slot: int) -> None:
-    own, (observations, rewards, terminations, truncations, infos) = simulator.of_agent(slot), told
+def check_agent(agent: str, recorded: Any, simulator: Simulator, slot: int) -> None:
+    own, (observations, rewards, terminations, truncations, infos) = simulator.of_agent(slot), recorded
     assert observations[agent].tobytes() == own.observations.tobytes()
     assert np.float64(rewards[agent]).tobytes() == own.rewards.tobytes()
     assert infos[agent]["reward_option"].tobytes() == own.reward_option.tobytes()
@@ -205,27 +207,29 @@ PARAMETERS = (
 )  # fmt: skip
 
 
-def story(scenario_id: str, fronts: int, change: Callable[[Simulator], None] | None = None) -> str:
+def recorded_digest(scenario_id: str, fronts: int, change: Callable[[Simulator], None] | None = None) -> str:
     seeds = range(100, 116)
-    return digest(Teller(get_scenario(scenario_id), seeds, range(len(seeds)), fronts, change=change).tell(200))
+    return digest(
+        TrajectoryRecorder(get_scenario(scenario_id), seeds, range(len(seeds)), fronts, change=change).record(200)
+    )
 
 
 @pytest.mark.parametrize("fronts", [0, 2])
 @pytest.mark.parametrize("scenario_id", NUMBERS)
 def test_one_bit_of_a_number_shows(scenario_id: str, fronts: int) -> None:
-    before = story(scenario_id, fronts)
-    assert story(scenario_id, fronts) == before
+    before = recorded_digest(scenario_id, fronts)
+    assert recorded_digest(scenario_id, fronts) == before
     for name in NUMBERS[scenario_id]:
 
         def nudge(simulator: Simulator, place: int = getattr(layout, name), bits: int = FEW.get(name, 1)) -> None:
             simulator._constants[place] += bits * np.spacing(simulator._constants[place])
 
-        assert story(scenario_id, fronts, nudge) != before, name
+        assert recorded_digest(scenario_id, fronts, nudge) != before, name
 
 
 @pytest.mark.parametrize("fronts", [0, 2])
 def test_one_bit_of_a_profile_shows(fronts: int) -> None:
-    before = story("stop-line-v0", fronts)
+    before = recorded_digest("stop-line-v0", fronts)
     for name in PARAMETERS:
 
         def nudge(simulator: Simulator, column: int = list(profiles.PARAMETERS).index(name)) -> None:
@@ -233,13 +237,13 @@ def test_one_bit_of_a_profile_shows(fronts: int) -> None:
             families = tables.reshape(-1, layout_module.FAMILY_TABLE_WIDTH)
             families[:, 2 * column : 2 * column + 2] = np.nextafter(families[:, 2 * column : 2 * column + 2], inf)
 
-        assert story("stop-line-v0", fronts, nudge) != before, name
+        assert recorded_digest("stop-line-v0", fronts, nudge) != before, name
 
 
-@pytest.mark.parametrize(("scenario_id", "fronts"), STORIES)
-def test_stories_match_their_golden_digest(scenario_id: str, fronts: int) -> None:
-    told = story(scenario_id, fronts)
-    assert told == STORIES[scenario_id, fronts], f"({scenario_id!r}, {fronts}): the motion changed: {told}"
+@pytest.mark.parametrize(("scenario_id", "fronts"), DIGESTS)
+def test_trajectories_match_their_golden_digest(scenario_id: str, fronts: int) -> None:
+    recorded = recorded_digest(scenario_id, fronts)
+    assert recorded == DIGESTS[scenario_id, fronts], f"({scenario_id!r}, {fronts}): the motion changed: {recorded}"
 
 
 def test_one_bit_of_one_vehicle_shows_in_its_row_alone() -> None:

@@ -1,4 +1,4 @@
-"""The story of one row of a simulator as bytes: all that moves and all that its agents get, over several episodes."""
+"""The trajectory of one row of a simulator as bytes: all that moves and all that its agents get, over episodes."""
 
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
@@ -30,8 +30,8 @@ def frames(simulator: Simulator) -> NDArray[np.float64]:
     return whole
 
 
-class Teller:
-    """Tells the stories of the ``watched`` rows of a simulator of these seeds; ``change`` may tamper with it before."""
+class TrajectoryRecorder:
+    """Records the ``watched`` rows of a simulator of these seeds, which ``change`` may tamper with before."""
 
     def __init__(
         self,
@@ -47,9 +47,9 @@ class Teller:
         if change is not None:
             change(self.simulator)
         self.simulator.reset(seeds)
-        self.told: list[list[bytes]] = [[] for _ in self.watched]
+        self.recorded: list[list[bytes]] = [[] for _ in self.watched]
 
-    def tell(self, steps: int, autoreset: bool = True) -> list[bytes]:
+    def record(self, steps: int, autoreset: bool = True) -> list[bytes]:
         """Return ``steps`` frames of every watched row; without ``autoreset`` ended rows are reset by hand."""
         self._note(self.watched)
         for _ in range(steps):
@@ -59,13 +59,13 @@ class Teller:
                 over = self._over()
                 self.simulator.reset_done()
                 self._note([row for row in self.watched if over[row]])
-        return [b"".join(story[:steps]) for story in self.told]
+        return [b"".join(frames[:steps]) for frames in self.recorded]
 
     def _note(self, rows: Sequence[int]) -> None:
         now = frames(self.simulator)
         for row in rows:
             motion = self.simulator.vehicles(row).tobytes()
-            self.told[self.watched.index(row)].append(now[row].tobytes() + motion)
+            self.recorded[self.watched.index(row)].append(now[row].tobytes() + motion)
 
     def _over(self) -> NDArray[np.bool_]:
         outcomes = [self.simulator.of_agent(agent).outcomes for agent in range(self.simulator.num_agents)]
@@ -82,5 +82,5 @@ class Teller:
         return chosen[:, 0] if agents == 1 else chosen
 
 
-def digest(stories: list[bytes]) -> str:
-    return hashlib.sha256(b"".join(stories)).hexdigest()
+def digest(trajectories: list[bytes]) -> str:
+    return hashlib.sha256(b"".join(trajectories)).hexdigest()
