@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hhrl_bench.cli.console import announce_compiling, console
+from hhrl_bench.cli.console import announce_compiling, console, progress
 from hhrl_bench.cli.options import AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
 
 if TYPE_CHECKING:
@@ -66,7 +66,6 @@ def train(
     from hhrl_envs.errors import require
 
     require("torch", "torch")
-    from hhrl_bench.progress import progress
     from hhrl_bench.tasks.seeds import parse_seeds
     from hhrl_bench.tasks.tasks import get_task
     from hhrl_bench.training import train as training
@@ -127,7 +126,6 @@ def evaluate(
 def _evaluate_timed(agent: str, task: "Task", episodes: int, option: "OptionName | None") -> "TimedResult":
     from hhrl_bench.evaluation.records import TimedResult
     from hhrl_bench.evaluation.results import evaluate_agent
-    from hhrl_bench.progress import progress
     from hhrl_bench.tasks.seeds import MAX_TRAINING_SEED
 
     started = time.perf_counter()

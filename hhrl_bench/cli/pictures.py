@@ -111,6 +111,7 @@ def figures(
     require("matplotlib", "report")
     from hhrl_bench.figures.leaderboard import save_leaderboard_figures
 
+    announce_compiling()
     board, folder = read_entry(file), out or file.with_suffix("")
     written = save_leaderboard_figures(board, Store(file.parent), folder)
     if not written:
@@ -134,6 +135,7 @@ def report(
     require("matplotlib", "report")
     from hhrl_bench.publishing.html_page import html
 
+    announce_compiling()
     board, page = read_entry(file), out or file.with_suffix(".html")
     if page.resolve() == file.resolve():
         raise OutputError(f"cannot write {page}: it is the leaderboard; name another --out")
