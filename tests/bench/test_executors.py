@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from hhrl_bench import extensions
 from hhrl_bench.evaluation.results import silent
 from hhrl_bench.execution.progress_folder import ProgressFolder
 from hhrl_bench.execution.run import ATTEMPTS, Execution, Overseer, run_units
@@ -76,6 +77,24 @@ def test_a_unit_that_hangs_is_begun_again_and_given_up_when_it_always_hangs(tmp_
     why = "it said nothing for longer than --unit-timeout allows"
     assert failures(done) == {"a": f"given up after {ATTEMPTS} attempts: {why}"}
     assert [unit.begun() for unit in units] == [ATTEMPTS, 2, 1]
+
+
+UNITS_OF_MINE = """from support.scripted_units import ScriptedUnit
+
+
+class Mine(ScriptedUnit):
+    pass
+"""
+
+
+def test_a_worker_reads_units_whose_class_an_extension_defines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "units_of_mine.py").write_text(UNITS_OF_MINE)
+    monkeypatch.setenv(extensions.VARIABLE, "")
+    monkeypatch.setattr(extensions, "_hashes", {})
+    extensions.load_extensions([str(tmp_path / "units_of_mine.py")])
+    module = sys.modules.pop("units_of_mine")
+    monkeypatch.setitem(sys.modules, "units_of_mine", module)
+    assert failures(run([module.Mine("a", tmp_path)])) == {}
 
 
 def test_processes_and_this_one_give_equal_results(tmp_path: Path) -> None:
