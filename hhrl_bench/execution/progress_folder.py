@@ -7,6 +7,7 @@ the nodes of a cluster, and ``hhrl-bench run --status``.
 
 import errno
 import re
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ MAX_PROGRESS_BYTES = 16 * 2**20
 RUN_PATIENCE = 1.0
 """Seconds that a run waits for another one to let go of the folder."""
 
-UNIT_PATIENCE = 60.0
+WORKER_PATIENCE = 60.0
 """Seconds in which the processes of a run that was killed have to be gone before another one begins."""
 
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
@@ -90,24 +91,26 @@ class ProgressFolder:
             yield
 
     @contextmanager
-    def working_on(self, unit: str) -> Iterator[None]:
-        """Let this process, and no other, do a unit in this context; another run does not begin before it is left.
+    def at_work(self) -> Iterator[None]:
+        """Let this process do a unit in this context; another run does not begin before it is left.
 
-        Raises:
-            OutputError: if another process still does the unit.
+        Each has a lock of its own: a file server may keep that of a node that was lost for a while, which must not
+        keep another one from doing the unit.
         """
-        busy = f"another process still does {unit} in {self.path.parent}; wait until it has ended"
-        with _locked(self._file(unit, "lock"), busy, UNIT_PATIENCE):
+        lock = self.path / f"{secrets.token_hex(8)}.worker.lock"
+        with _locked(lock, f"another process has {lock}", 0.0):
             yield
+        with suppress(OSError):
+            lock.unlink()
 
     def write(self, status: UnitStatus) -> None:
         """Write how far a unit is, if there is room for it: the unit itself does not depend on it."""
         with suppress(OutputError):
-            write_atomically(self._file(status.unit, "json"), status.model_dump_json() + "\n")
+            write_atomically(self._file(status.unit), status.model_dump_json() + "\n")
 
     def forget(self, unit: str) -> None:
         """Remove what was written about a unit, as if it had not begun."""
-        self._file(unit, "json").unlink(missing_ok=True)
+        self._file(unit).unlink(missing_ok=True)
 
     def is_open(self) -> bool:
         """Return whether a process hands out units now."""
@@ -138,7 +141,7 @@ class ProgressFolder:
         Raises:
             RecordError: in one line, if something else stands in its place.
         """
-        path = self._file(name, "json")
+        path = self._file(name)
         status = _read(path, UnitStatus)
         if status is not None and status.unit != one_line(name):
             raise RecordError(f"{path} is of another unit; remove it")
@@ -152,16 +155,15 @@ class ProgressFolder:
     def _run_lock(self) -> Path:
         return self.path / "run.lock"
 
-    def _file(self, unit: str, suffix: str) -> Path:
+    def _file(self, unit: str) -> Path:
         name = one_line(unit)
-        stem = f"{re.sub(r'[^A-Za-z0-9_-]+', '-', name)[:80]}-{sha256_of(name.encode())[:8]}"
-        return self.path / f"{stem}.unit.{suffix}"
+        return self.path / f"{re.sub(r'[^A-Za-z0-9_-]+', '-', name)[:80]}-{sha256_of(name.encode())[:8]}.unit.json"
 
     def _clear(self) -> None:
         """Remove what an earlier run has left, once its processes have ended."""
         busy = f"processes of an earlier run still work in {self.path.parent}; wait until they have ended"
-        for lock in self.path.glob("*.unit.lock"):
-            with _locked(lock, busy, UNIT_PATIENCE):
+        for lock in self.path.glob("*.worker.lock"):
+            with _locked(lock, busy, WORKER_PATIENCE):
                 lock.unlink(missing_ok=True)
         for pattern in ("*.unit.json", ".*.tmp"):
             for path in self.path.glob(pattern):

@@ -58,7 +58,7 @@ def attempt(unit: Unit, folder: ProgressFolder | None) -> Done:
         )
 
     try:
-        with folder.working_on(unit.name):
+        with folder.at_work():
             update(0, 0, "")
             done = _attempt(unit, update)
             folder.write(unit_status(done, time.perf_counter() - started))

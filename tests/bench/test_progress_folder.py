@@ -93,17 +93,16 @@ def test_a_run_s_lock_ends_with_its_process_even_if_that_is_killed(progress: Pro
 def test_a_run_waits_for_the_processes_of_an_earlier_one(
     progress: ProgressFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hhrl_bench.execution.progress_folder.UNIT_PATIENCE", 0.1)
-    with other_process("working_on('a')", progress.path) as holder:
+    monkeypatch.setattr("hhrl_bench.execution.progress_folder.WORKER_PATIENCE", 0.1)
+    with other_process("at_work()", progress.path) as holder:
         with pytest.raises(OutputError, match="processes of an earlier run still work in"), progress.opened(STUDY):
             pass
-        with pytest.raises(OutputError, match="another process still does a in"), progress.working_on("a"):
-            pass
-        with progress.working_on("b on c"):
+        with progress.at_work(), progress.at_work():
             pass
         holder.kill()
-    with progress.opened(STUDY), progress.working_on("a"):
+    with progress.opened(STUDY), progress.at_work():
         assert progress.is_open()
+    assert not list(progress.path.glob("*.worker.lock"))
 
 
 @given(st.text())
@@ -183,7 +182,7 @@ def test_what_is_no_file_is_refused_without_waiting_for_it(progress: ProgressFol
     refuse(progress, "is not a file")
 
 
-@pytest.mark.parametrize("name", ["study.json", "run.lock", "a.unit.lock", "a.unit.json"])
+@pytest.mark.parametrize("name", ["study.json", "run.lock", "a.worker.lock", "a.unit.json"])
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["fifo", "folder"])
 def test_a_run_refuses_a_folder_in_which_it_cannot_write(
     name: str, make: Callable[[Path], None], progress: ProgressFolder
