@@ -11,7 +11,6 @@ from PIL import Image
 from hhrl_agents import RULES, Agent, Decision
 from hhrl_agents.atomic_files import OutputError
 from hhrl_bench import evaluate
-from hhrl_bench.chart import Chart
 from hhrl_bench.errors import SeedError
 from hhrl_bench.figures import filmstrip
 from hhrl_bench.figures.watch import record, watch
@@ -139,8 +138,10 @@ def test_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 def test_chart_line_breaks_where_a_value_is_missing() -> None:
     whole, broken = Canvas(400, 200), Canvas(400, 200)
-    Chart(whole, 0, 200, 10.0, 5.0).line([(0.0, 1.0), (5.0, 1.0), (10.0, 1.0)], GREY)
-    Chart(broken, 0, 200, 10.0, 5.0).line([(0.0, 1.0), (2.0, 1.0), (5.0, float("nan")), (8.0, 1.0), (10.0, 1.0)], GREY)
+    filmstrip.Chart(whole, 0, 200, 10.0, 5.0).line([(0.0, 1.0), (5.0, 1.0), (10.0, 1.0)], GREY)
+    filmstrip.Chart(broken, 0, 200, 10.0, 5.0).line(
+        [(0.0, 1.0), (2.0, 1.0), (5.0, float("nan")), (8.0, 1.0), (10.0, 1.0)], GREY
+    )
     inks = [int((canvas.pixels() == np.array(GREY, np.uint8)).all(axis=-1).sum()) for canvas in (whole, broken)]
     assert inks[1] == pytest.approx(0.4 * inks[0], rel=0.05)
 
