@@ -33,27 +33,27 @@ WORKER_PATIENCE = 60.0
 
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
-Line = Annotated[str, StringConstraints(pattern=r"^[^\x00-\x1f\x7f-\x9f]*$", max_length=2000)]
+TextLine = Annotated[str, StringConstraints(pattern=r"^[^\x00-\x1f\x7f-\x9f]*$", max_length=2000)]
 """Text without line ends and other control characters, which a terminal would obey."""
 
 
 class StudyStatus(Record):
     """What is to be done, by whom, and since when (UTC)."""
 
-    study: Annotated[Line, StringConstraints(min_length=1)]
+    study: Annotated[TextLine, StringConstraints(min_length=1)]
     executor: Name
-    started: Line
-    units: tuple[Line, ...]
+    started: TextLine
+    units: tuple[TextLine, ...]
 
 
 class UnitStatus(Record):
     """How far a unit is: ``done`` of ``total`` and a word about it, after ``seconds``; of a failed one the reason."""
 
-    unit: Line
+    unit: TextLine
     state: Literal["running", "done", "failed"]
     done: Count = 0
     total: Count = 0
-    note: Line = ""
+    note: TextLine = ""
     seconds: Annotated[float, Field(allow_inf_nan=False, ge=0.0)] = 0.0
 
     @property

@@ -82,7 +82,7 @@ class RunDirectory:
 
     def require_config(self, config: Mapping[str, Any]) -> None:
         """Raise an ``OutputError`` if the directory holds a run of another configuration."""
-        if self._config.exists() and self._config.read_text(encoding="utf-8", errors="replace") != _text(config):
+        if self._config.exists() and _parsed(self._config.read_bytes()) != _parsed(_text(config).encode()):
             raise OutputError(f"{self.folder} holds a run of another configuration; name another folder with --out")
 
     def write_curve(self, seed: int, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -132,3 +132,11 @@ def failed_seeds(folder: Path) -> list[int]:
 
 def _text(config: Mapping[str, Any]) -> str:
     return json.dumps(config, indent=2) + "\n"
+
+
+def _parsed(text: bytes) -> Any:
+    """Return what a config says, whatever the order of its keys; None if it is damaged."""
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from hhrl_agents.atomic_files import OutputError
 from hhrl_bench.provenance import provenance
 from hhrl_bench.training.run_directory import RunDirectory, failed_seeds
 
@@ -30,3 +31,13 @@ def test_a_provenance_that_is_none_has_no_seconds(tmp_path: Path, seconds: objec
     data = json.loads(provenance("train it", {"a": 1.5}).model_dump_json())
     directory.provenance((0,)).write_text(json.dumps({**data, "wall_seconds": seconds}))
     assert directory.seconds((0,)) == 0.0
+
+
+def test_a_config_is_the_same_whatever_the_order_of_its_keys(tmp_path: Path) -> None:
+    directory = RunDirectory(tmp_path)
+    (tmp_path / "config.json").write_text('{"b": [1, 2], "a": 0.1}')
+    directory.require_config({"a": 0.1, "b": (1, 2)})
+    for damaged in ('{"b": [1, 2], "a": 0.2}', "{", "[" * 100_000, "\xff"):
+        (tmp_path / "config.json").write_text(damaged)
+        with pytest.raises(OutputError, match="holds a run of another configuration"):
+            directory.require_config({"a": 0.1, "b": (1, 2)})
