@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 CASES = 100
-TASKS = ("stop-line-v0", "stop-line-paper-v0")
+TABLE_I_TASKS = ("stop-line-v0", "stop-line-paper-v0")
 """The tasks that Table I speaks of: its own, and the one whose traffic is fitted to it."""
 
 

@@ -3,10 +3,10 @@
 import re
 from hashlib import sha256
 
-WIDTH = 24
+NAME_WIDTH = 24
 """Letters of a line, where there is room."""
 
-LONGEST = 100
+LONGEST_FILE_NAME = 100
 """Letters of a file's name."""
 
 NONE = "\N{EN DASH}"
@@ -15,7 +15,7 @@ NONE = "\N{EN DASH}"
 _PIECE = re.compile(r"[^-/:._ ]*[-/:._ ]?")
 
 
-def folded(name: str, width: int = WIDTH) -> str:
+def folded(name: str, width: int = NAME_WIDTH) -> str:
     """Return a name in lines of at most ``width`` letters, broken behind punctuation; only longer pieces are cut."""
     lines = [""]
     for piece in _pieces(name, width):
@@ -25,7 +25,7 @@ def folded(name: str, width: int = WIDTH) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def indented(name: str, width: int = WIDTH) -> str:
+def indented(name: str, width: int = NAME_WIDTH) -> str:
     """Return a name folded, every line below the heading of its group."""
     return "\n".join(f"  {line}" for line in folded(name, width).splitlines())
 
@@ -33,7 +33,7 @@ def indented(name: str, width: int = WIDTH) -> str:
 def file_name(name: str) -> str:
     """Return a name that any folder can hold and that lies in no other; different names have different ones."""
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)
-    if plain == name and len(name) <= LONGEST:
+    if plain == name and len(name) <= LONGEST_FILE_NAME:
         return plain
     return f"{plain[-60:]}-{sha256(name.encode()).hexdigest()[:8]}"
 

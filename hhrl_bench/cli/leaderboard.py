@@ -88,7 +88,7 @@ def build(folder: FolderOption = FOLDER, level: LevelOption = Level.REPLAYED) ->
     """Verify every entry in a folder, then write its INDEX.json, its schema.json and a page of tables a suite."""
     from hhrl_agents.atomic_files import write_atomically
     from hhrl_bench.publishing.publication import INDEX, entry_paths, of_suite, write_index
-    from hhrl_bench.tables.markdown import markdown
+    from hhrl_bench.tables.markdown import suite_page
 
     announce_compiling()
     found = [_verify_entry(path, level) for path in entry_paths(folder)]
@@ -97,7 +97,7 @@ def build(folder: FolderOption = FOLDER, level: LevelOption = Level.REPLAYED) ->
         raise typer.Exit(1)
     index = write_index(folder, {one.path.name: one.level for one in found if one.level})
     for suite in dict.fromkeys(entry.suite for entry in index.entries):
-        write_atomically(folder / f"{suite}.md", markdown(of_suite(folder, suite)))
+        write_atomically(folder / f"{suite}.md", suite_page(of_suite(folder, suite)))
     typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)
 
 

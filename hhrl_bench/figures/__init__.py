@@ -1,1 +1,1 @@
-"""TODO."""
+"""Figures of leaderboards, analyses and episodes, in one style, and pictures of single episodes."""

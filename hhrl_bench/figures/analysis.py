@@ -30,12 +30,12 @@ from hhrl_bench.figures.style import (
     LEVEL_COLOURS,
     LEVEL_NAMES,
     LEVEL_WIDTHS,
-    OPTION_COLOURS,
-    OPTION_NAMES,
+    SUB_GOAL_COLOURS,
+    SUB_GOAL_NAMES,
     TERM_COLOURS,
     TERM_NAMES,
-    remove,
-    save,
+    remove_figure,
+    save_figure,
     style,
 )
 from hhrl_envs import get_scenario
@@ -71,7 +71,7 @@ def save_figures(record: AnalysisRecord, folder: Path) -> list[Path]:
     with style(mathematics=True):
         for name, draw in FIGURES.items():
             figure = draw(record)
-            written += remove(folder, name) if figure is None else save(figure, folder, name)
+            written += remove_figure(folder, name) if figure is None else save_figure(figure, folder, name)
     return written
 
 
@@ -89,7 +89,7 @@ def draw_usage(record: AnalysisRecord) -> Figure | None:
     _draw_bins(axes["many_d"], axes["share_d"], usage.by_d_d, "$d_d$, to the stop-line [m]")
     _draw_bins(axes["many_f"], axes["share_f"], usage.by_d_f, "$d_f$, to the front vehicle [m]")
     _draw_outcomes(axes["outcome"], usage)
-    fig.legend(axes["many_f"], [(OPTION_NAMES[name], colour) for name, colour in OPTION_COLOURS.items()])
+    fig.legend(axes["many_f"], [(SUB_GOAL_NAMES[name], colour) for name, colour in SUB_GOAL_COLOURS.items()])
     axes["many_d"].set_ylabel("share of steps")
     axes["share_d"].set_ylabel("share of these steps")
     return figure
@@ -98,9 +98,9 @@ def draw_usage(record: AnalysisRecord) -> Figure | None:
 def _draw_bins(many: Axes, shares: Axes, bins: Sequence[UsageBinRecord], label: str) -> None:
     bins = _trimmed(bins)
     places, total = np.arange(len(bins)), sum(one.steps for one in bins)
-    many.bar(places, [one.steps / total for one in bins], color=fig.GREY, width=0.9)
+    many.bar(places, [one.steps / total for one in bins], color=fig.Palette.GREY, width=0.9)
     bottom = np.zeros(len(bins))
-    for name, colour in OPTION_COLOURS.items():
+    for name, colour in SUB_GOAL_COLOURS.items():
         heights = np.array([one.share[name] if one.share else 0.0 for one in bins])
         shares.bar(places, heights, bottom=bottom, color=colour, width=0.9)
         bottom += heights
@@ -123,7 +123,7 @@ def _trimmed(bins: Sequence[UsageBinRecord]) -> list[UsageBinRecord]:
 def _draw_outcomes(axes: Axes, usage: OptionUsageRecord) -> None:
     rows = grouped(usage.overall, usage.by_outcome)
     left = np.zeros(len(rows))
-    for name, colour in OPTION_COLOURS.items():
+    for name, colour in SUB_GOAL_COLOURS.items():
         widths = np.array([one.share[name] for one in rows.values()])
         axes.barh(range(len(rows)), widths, left=left, color=colour, height=0.8)
         left += widths
@@ -157,14 +157,14 @@ def _draw_terms(axes: Axes, groups: dict[str, LevelsRecord]) -> None:
             for term, value in means.terms.items():
                 axes.barh(place, value, left=ends[value < 0.0], color=TERM_COLOURS[term], height=0.85)
                 ends[value < 0.0] += value
-            axes.plot(means.total, place, marker="D", color=fig.INK, markersize=4)
+            axes.plot(means.total, place, marker="D", color=fig.Palette.INK, markersize=4)
             labels[place], heading = heading + LEVEL_NAMES[level], ""
             place += 1.0
         place += _GROUP_GAP
     axes.use_sticky_edges = False
     axes.set_yticks([*labels], [*labels.values()])
     axes.invert_yaxis()
-    axes.axvline(0.0, color=fig.GREY, linewidth=0.8)
+    axes.axvline(0.0, color=fig.Palette.GREY, linewidth=0.8)
     axes.grid(visible=True, axis="x")
     axes.set_xlabel("mean reward of an episode; diamond: sum of the terms")
     fig.legend(axes, [(TERM_NAMES[term], colour) for term, colour in TERM_COLOURS.items()])

@@ -17,11 +17,11 @@ from hhrl_bench.figures.style import (
     LEVEL_COLOURS,
     LEVEL_NAMES,
     LEVEL_WIDTHS,
-    OPTION_COLOURS,
-    OPTION_NAMES,
+    SUB_GOAL_COLOURS,
+    SUB_GOAL_NAMES,
     label_weights,
     outline,
-    save,
+    save_figure,
     style,
 )
 from hhrl_bench.tasks.tasks import Task, get_task
@@ -55,17 +55,19 @@ def draw_episode(who: str, scenario: Scenario, episode: EpisodeTraceRecord) -> F
 
 def _draw_distances(axes: Axes, episode: EpisodeTraceRecord, reach: float) -> None:
     front = np.array(episode.state["d_f"])
-    axes.plot(episode.time, episode.state["d_d"], color=fig.ORANGE)
-    axes.plot(episode.time, np.where(front < reach, front, np.nan), color=fig.GREEN)
-    fig.legend(axes, [("$d_d$, to the stop-line", fig.ORANGE), ("$d_f$, to the front vehicle", fig.GREEN)])
+    axes.plot(episode.time, episode.state["d_d"], color=fig.Palette.ORANGE)
+    axes.plot(episode.time, np.where(front < reach, front, np.nan), color=fig.Palette.GREEN)
+    fig.legend(
+        axes, [("$d_d$, to the stop-line", fig.Palette.ORANGE), ("$d_f$, to the front vehicle", fig.Palette.GREEN)]
+    )
     _finish(axes, "distance [m]")
 
 
 def _draw_speeds(axes: Axes, episode: EpisodeTraceRecord, reach: float) -> None:
     front = np.where(np.array(episode.state["d_f"]) < reach, episode.state["v_f"], np.nan)
-    axes.plot(episode.time, episode.state["v_e"], color=fig.BLUE)
-    axes.plot(episode.time, front, color=fig.GREY)
-    fig.legend(axes, [("$v_e$, ego", fig.BLUE), ("$v_f$, front vehicle", fig.GREY)])
+    axes.plot(episode.time, episode.state["v_e"], color=fig.Palette.BLUE)
+    axes.plot(episode.time, front, color=fig.Palette.GREY)
+    fig.legend(axes, [("$v_e$, ego", fig.Palette.BLUE), ("$v_f$, front vehicle", fig.Palette.GREY)])
     _finish(axes, "speed [m/s]")
 
 
@@ -73,9 +75,9 @@ def _draw_options(axes: Axes, episode: EpisodeTraceRecord, dt: float) -> None:
     start = 0.0
     for name, run in groupby(episode.option or ()):
         length = dt * len([*run])
-        axes.barh(0.5, length, 1.0, left=start, color=OPTION_COLOURS[name])
+        axes.barh(0.5, length, 1.0, left=start, color=SUB_GOAL_COLOURS[name])
         start += length
-    fig.legend(axes, [(OPTION_NAMES[name], colour) for name, colour in OPTION_COLOURS.items()])
+    fig.legend(axes, [(SUB_GOAL_NAMES[name], colour) for name, colour in SUB_GOAL_COLOURS.items()])
     axes.set_yticks([0.5], ["option"])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(0.0, 1.0)
@@ -96,7 +98,7 @@ def _draw_rewards(axes: Axes, episode: EpisodeTraceRecord) -> None:
     levels = shown(episode.cumulative)
     for level, values in levels.items():
         axes.plot(episode.time, values, color=LEVEL_COLOURS[level], linewidth=LEVEL_WIDTHS[level])
-    totals = {level: fig.number(values[-1], ".1f") for level, values in levels.items()}
+    totals = {level: fig.number_text(values[-1], ".1f") for level, values in levels.items()}
     fig.legend(
         axes, [(f"{LEVEL_NAMES[level]}, {total} in all", LEVEL_COLOURS[level]) for level, total in totals.items()]
     )
@@ -142,7 +144,7 @@ def save_episode(source: str | Path, task: str | Task, episode: int, folder: Pat
     name, seed = _name(source, loaded)
     with style(mathematics=True):
         figure = draw_episode(f"{name}{seed} on {task.id}", scenario, trace)
-        return save(figure, folder, f"episode-{name.replace(':', '-')}-{task.id}")
+        return save_figure(figure, folder, f"episode-{name.replace(':', '-')}-{task.id}")
 
 
 def _name(source: str | Path, loaded: LoadedAgent) -> tuple[str, str]:

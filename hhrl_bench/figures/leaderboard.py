@@ -7,7 +7,7 @@ from hhrl_bench.evaluation.evidence import read_evidence
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.figures.episode import save_episode, typical_episode
 from hhrl_bench.figures.pareto import save_pareto
-from hhrl_bench.figures.style import save, style
+from hhrl_bench.figures.style import save_figure, style
 from hhrl_bench.figures.table_one import save_table_one
 from hhrl_bench.figures.training import save_training_curves, save_trainings
 from hhrl_bench.figures.transfers import draw_transfer_curves, draw_transfer_matrix
@@ -60,6 +60,6 @@ def save_transfer_figures(record: TransferSetRecord, folder: Path) -> list[Path]
         for method, own in groupby(rows, key=lambda row: row.method):
             matrix = list(own)
             for source, curves in groupby(matrix, key=lambda row: row.source):
-                written += save(draw_transfer_curves(list(curves)), folder, f"transfer-curves-{method}-{source}")
-            written += save(draw_transfer_matrix(matrix), folder, f"transfer-matrix-{method}")
+                written += save_figure(draw_transfer_curves(list(curves)), folder, f"transfer-curves-{method}-{source}")
+            written += save_figure(draw_transfer_matrix(matrix), folder, f"transfer-matrix-{method}")
     return written

@@ -13,8 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hhrl_bench.evaluation.records import MetricRecord, ResultRecord
-from hhrl_bench.figures import style as fig
-from hhrl_bench.figures.style import Look, looks, name_below, new_panels
+from hhrl_bench.figures.style import Look, Palette, looks, name_below, new_panels, save_figure, style
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.training.learning_curves import THRESHOLD
 from hhrl_envs import get_scenario
@@ -32,8 +31,8 @@ def save_pareto(board: LeaderboardRecord, folder: Path) -> list[Path]:
     """
     if not _fields(board):
         return []
-    with fig.style():
-        return fig.save(draw_pareto(board), folder, "time-and-comfort")
+    with style():
+        return save_figure(draw_pareto(board), folder, "time-and-comfort")
 
 
 def draw_pareto(board: LeaderboardRecord) -> Figure:
@@ -91,7 +90,7 @@ def _numbers(metric: MetricRecord) -> Floats:
 def _draw_task(axes: Axes, places: Sequence[Place], known: Mapping[str, Look]) -> None:
     points = np.array([place.point for place in places if place.succeeds]).reshape(-1, 2)
     front = points[non_dominated(points)]
-    axes.plot(*front[np.argsort(front[:, 0])].T, color=fig.PALE, zorder=1)
+    axes.plot(*front[np.argsort(front[:, 0])].T, color=Palette.PALE, zorder=1)
     shown = points if len(points) else np.array([place.point for place in places])
     low, high = shown.min(axis=0), shown.max(axis=0)
     margin = _MARGIN * np.where(high > low, high - low, np.maximum(high, 1.0))

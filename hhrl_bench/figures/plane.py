@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hhrl_bench.analysis.records import AnalysisRecord, PlaneRecord, named
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.figures import style as fig
-from hhrl_bench.figures.style import OPTION_COLOURS, OPTION_NAMES, outline, symbol
+from hhrl_bench.figures.style import SUB_GOAL_COLOURS, SUB_GOAL_NAMES, outline, symbol
 from hhrl_envs import SUB_GOALS, get_scenario
 from hhrl_envs.arrays import Floats
 from hhrl_envs.observation import SIZE
@@ -40,10 +40,10 @@ def draw_plane(record: AnalysisRecord) -> Figure:
     for part, (name, grids) in zip(parts[1:], weights.items(), strict=True):
         if base is None:
             base = grids
-            part.suptitle(f"Attention $I(s, o)$, given the option to {OPTION_NAMES[name]}", x=0.01, ha="left")
+            part.suptitle(f"Attention $I(s, o)$, given the option to {SUB_GOAL_NAMES[name]}", x=0.01, ha="left")
             _draw_attention(part, plane, grids, Normalize(0.0, grids.max()), fig.SEQUENTIAL, "weight")
         else:
-            part.suptitle(f"Change of the attention if the option is to {OPTION_NAMES[name]}", x=0.01, ha="left")
+            part.suptitle(f"Change of the attention if the option is to {SUB_GOAL_NAMES[name]}", x=0.01, ha="left")
             most = float(np.abs(grids - base).max()) or 1.0
             _draw_attention(part, plane, grids - base, Normalize(-most, most), fig.DIVERGING, "change of weight")
     return figure
@@ -56,14 +56,14 @@ def _draw_policy(part: SubFigure, record: AnalysisRecord) -> None:
         codes = np.array([[OPTIONS[name] for name in row] for row in plane.option])
         edges = (np.arange(len(SUB_GOALS) + 1) - 0.5).tolist()
         norm = BoundaryNorm(edges, len(SUB_GOALS))
-        _map(axes[0], plane, codes, ListedColormap([*OPTION_COLOURS.values()]), norm)
+        _map(axes[0], plane, codes, ListedColormap([*SUB_GOAL_COLOURS.values()]), norm)
         axes[0].set_title("selected option")
-        fig.legend(axes[0], [(goal.spelling, OPTION_COLOURS[goal.name]) for goal in SUB_GOALS])
+        fig.legend(axes[0], [(goal.spelling, SUB_GOAL_COLOURS[goal.name]) for goal in SUB_GOALS])
     edges = (np.arange(len(record.levels) + 1) - 0.5).tolist()
     image = _map(axes[-1], plane, np.array(plane.action), "RdYlBu", BoundaryNorm(edges, 256))
     axes[-1].set_title("selected action")
     bar = part.colorbar(image, ax=axes[-1], ticks=range(len(record.levels)), label="target acceleration [m/s$^2$]")
-    bar.ax.set_yticklabels([fig.number(level) for level in record.levels])
+    bar.ax.set_yticklabels([fig.number_text(level) for level in record.levels])
     for one in axes:
         line = _mark_line(one, plane, get_scenario(record.task.scenario).vehicle.length)
         one.set_xlabel("$d_f$, to the front vehicle [m]")
@@ -73,7 +73,7 @@ def _draw_policy(part: SubFigure, record: AnalysisRecord) -> None:
 
 def _mark_line(axes: Axes, plane: PlaneRecord, length: float) -> Line2D:
     """Return the line drawn where the front vehicle's front bumper is at the stop-line; below, it has passed it."""
-    [line] = axes.plot(plane.d_f, np.array(plane.d_f) + length, color=fig.INK, linewidth=1.0, linestyle="--")
+    [line] = axes.plot(plane.d_f, np.array(plane.d_f) + length, color=fig.Palette.INK, linewidth=1.0, linestyle="--")
     axes.set_ylim(plane.d_d[0], plane.d_d[-1])
     line.set_label("front vehicle at the line")
     return line

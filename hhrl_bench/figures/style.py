@@ -5,6 +5,7 @@ Figures are made without pyplot, so that no window, no backend and no global sta
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
+from enum import StrEnum
 from io import BytesIO
 from itertools import cycle
 from math import ceil
@@ -30,20 +31,33 @@ from hhrl_bench.schema import OptionName
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, bootstrap_band
 from hhrl_bench.text import file_name
 from hhrl_bench.training.learning_curves import THRESHOLD
+from hhrl_envs import SUB_GOALS
 from hhrl_envs.arrays import Floats
 from hhrl_envs.observation import SYMBOLS
 
-# Okabe and Ito's palette, distinguishable with every kind of colour vision, and greys
-BLUE, SKY, GREEN, YELLOW = "#0072B2", "#56B4E9", "#009E73", "#F0E442"
-ORANGE, VERMILLION, PURPLE = "#E69F00", "#D55E00", "#CC79A7"
-INK, GREY, PALE = "#1C222B", "#6B7480", "#D0D5DB"
 SEQUENTIAL, DIVERGING = "viridis", "RdBu"
+
+
+class Palette(StrEnum):
+    """Okabe and Ito's palette, distinguishable with every kind of colour vision, and greys."""
+
+    BLUE = "#0072B2"
+    SKY = "#56B4E9"
+    GREEN = "#009E73"
+    YELLOW = "#F0E442"
+    ORANGE = "#E69F00"
+    VERMILLION = "#D55E00"
+    PURPLE = "#CC79A7"
+    INK = "#1C222B"
+    GREY = "#6B7480"
+    PALE = "#D0D5DB"
+
 
 _STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
-    "axes.edgecolor": GREY,
+    "axes.edgecolor": Palette.GREY,
     "axes.grid": False,
-    "axes.labelcolor": INK,
+    "axes.labelcolor": Palette.INK,
     "axes.labelsize": 9,
     "axes.spines.right": False,
     "axes.spines.top": False,
@@ -53,7 +67,7 @@ _STYLE: dict[str, Any] = {
     "figure.titlesize": 12,
     "font.family": "DejaVu Sans",
     "font.size": 9,
-    "grid.color": PALE,
+    "grid.color": Palette.PALE,
     "grid.linewidth": 0.6,
     "hatch.linewidth": 0.6,
     "legend.fontsize": 9,
@@ -61,11 +75,11 @@ _STYLE: dict[str, Any] = {
     "lines.linewidth": 1.6,
     "savefig.facecolor": "white",
     "svg.hashsalt": "hhrl-bench",
-    "text.color": INK,
-    "xtick.color": GREY,
-    "xtick.labelcolor": INK,
-    "ytick.color": GREY,
-    "ytick.labelcolor": INK,
+    "text.color": Palette.INK,
+    "xtick.color": Palette.GREY,
+    "xtick.labelcolor": Palette.INK,
+    "ytick.color": Palette.GREY,
+    "ytick.labelcolor": Palette.INK,
 }
 _METADATA = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
 _DPI, _LETTERS_PER_INCH, _COLOURS = 144, 9, 256
@@ -92,12 +106,12 @@ def new_figure(width: float, height: float, title: str, subtitle: str) -> Figure
     return figure
 
 
-def number(value: float, digits: str = "g") -> str:
+def number_text(value: float, digits: str = "g") -> str:
     """Return a number as text, with a true minus sign."""
     return f"{value:{digits}}".replace("-", "\N{MINUS SIGN}")
 
 
-def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Return the files written, whole or not at all: ``name``.svg and ``name``.png in ``folder``, made if need be.
 
     Raises:
@@ -110,7 +124,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     return paths
 
 
-def remove(folder: Path, name: str) -> list[Path]:
+def remove_figure(folder: Path, name: str) -> list[Path]:
     """Return no files, as none are left of the figure ``name`` that an earlier call may have saved in ``folder``."""
     for path in _paths(folder, name):
         path.unlink(missing_ok=True)
@@ -118,7 +132,7 @@ def remove(folder: Path, name: str) -> list[Path]:
 
 
 def legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
-    """Return nothing; put names in their colours above the axes, at the right."""
+    """Put names in their colours above the axes, at the right."""
     patches = [Patch(color=colour, label=name) for name, colour in entries]
     axes.legend(
         handles=patches, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(entries), borderaxespad=0.2,
@@ -163,24 +177,28 @@ class Look(NamedTuple):
 
 
 _LOOKS: Mapping[str, Look] = {
-    "rule-1": Look(GREY, "-", "<"),
-    "rule-2": Look(GREY, "--", ">"),
-    "rule-3": Look(GREY, "-.", "v"),
-    "rule-4": Look(GREY, ":", "^"),
-    "rule-plus": Look(INK, ":", "p"),
-    "ddqn": Look(INK, "-", "s"),
-    "ddqn-plus": Look(GREY, "--", "h"),
-    "hrl-0": Look(SKY, ":", "P"),
-    "hrl-1": Look(GREEN, "-.", "8"),
-    "hrl-2": Look(ORANGE, "--", "H"),
-    "hrl-3": Look(PURPLE, "-.", "*"),
-    "hybrid-hrl": Look(BLUE, "-", "o"),
-    "hybrid-hrl-plus": Look(VERMILLION, "-", "D"),
-    "pqn": Look(GREEN, ":", "X"),
-    "ppo": Look(ORANGE, ":", "P"),
+    "rule-1": Look(Palette.GREY, "-", "<"),
+    "rule-2": Look(Palette.GREY, "--", ">"),
+    "rule-3": Look(Palette.GREY, "-.", "v"),
+    "rule-4": Look(Palette.GREY, ":", "^"),
+    "rule-plus": Look(Palette.INK, ":", "p"),
+    "ddqn": Look(Palette.INK, "-", "s"),
+    "ddqn-plus": Look(Palette.GREY, "--", "h"),
+    "hrl-0": Look(Palette.SKY, ":", "P"),
+    "hrl-1": Look(Palette.GREEN, "-.", "8"),
+    "hrl-2": Look(Palette.ORANGE, "--", "H"),
+    "hrl-3": Look(Palette.PURPLE, "-.", "*"),
+    "hybrid-hrl": Look(Palette.BLUE, "-", "o"),
+    "hybrid-hrl-plus": Look(Palette.VERMILLION, "-", "D"),
+    "pqn": Look(Palette.GREEN, ":", "X"),
+    "ppo": Look(Palette.ORANGE, ":", "P"),
 }
 _UNLIKE: tuple[tuple[Dashes, str], ...] = (("--", "H"), (":", "d"), ("-.", "8"))
-_OTHERS = [Look(colour, dashes, marker) for dashes, marker in _UNLIKE for colour in (BLUE, VERMILLION, PURPLE, SKY)]
+_OTHERS = [
+    Look(colour, dashes, marker)
+    for dashes, marker in _UNLIKE
+    for colour in (Palette.BLUE, Palette.VERMILLION, Palette.PURPLE, Palette.SKY)
+]
 
 
 def looks(agents: Sequence[str]) -> dict[str, Look]:
@@ -208,11 +226,14 @@ def lines(agents: Sequence[str]) -> dict[str, Line]:
     return {agent: Line(agent, look.colour, look.dashes) for agent, look in looks(agents).items()}
 
 
-OPTION_NAMES: dict[OptionName, str] = {"stop": "stop at the line (SSL)", "follow": "follow the front vehicle (FFV)"}
-OPTION_COLOURS: dict[OptionName, str] = {"stop": ORANGE, "follow": GREEN}
+SUB_GOAL_NAMES: dict[OptionName, str] = {
+    goal.name: f"{goal.title.replace('stop-line', 'line')} ({goal.spelling})" for goal in SUB_GOALS
+}
+"""Of the sub-goals by their words; a legend has room for short ones."""
+SUB_GOAL_COLOURS: dict[OptionName, str] = {goal.name: "#{:02X}{:02X}{:02X}".format(*goal.colour) for goal in SUB_GOALS}
 LEVEL_NAMES: dict[LevelName, str] = {"option": "$r^{option}$", "action": "$r^{action}$", "task": "$r^{task}$"}
 LEVEL_WIDTHS: dict[LevelName, float] = {"option": 3.6, "action": 1.4, "task": 1.6}  # one is seen below the other
-LEVEL_COLOURS: dict[LevelName, str] = {"option": BLUE, "action": VERMILLION, "task": GREY}
+LEVEL_COLOURS: dict[LevelName, str] = {"option": Palette.BLUE, "action": Palette.VERMILLION, "task": Palette.GREY}
 TERM_NAMES: dict[TermName, str] = {
     "sub_goal": "sub-goal: time, success, timeout",
     "unsafe": "unsafe",
@@ -220,12 +241,12 @@ TERM_NAMES: dict[TermName, str] = {
     "jerk": "jerk",
 }
 TERM_COLOURS: dict[TermName, str] = {
-    "sub_goal": SKY, "unsafe": YELLOW, "failure": VERMILLION, "jerk": PURPLE
+    "sub_goal": Palette.SKY, "unsafe": Palette.YELLOW, "failure": Palette.VERMILLION, "jerk": Palette.PURPLE
 }  # fmt: skip
 
 
 def label_weights(axes: Axes) -> None:
-    """Return nothing; label the rows of a map of weights with the state elements, the first one on top."""
+    """Label the rows of a map of weights with the state elements, the first one on top."""
     axes.set_yticks(range(len(SYMBOLS)), [symbol(i) for i in range(len(SYMBOLS))])
     axes.tick_params(axis="y", length=0)
 
@@ -237,7 +258,7 @@ def symbol(index: int) -> str:
 
 
 def outline(axes: Axes) -> None:
-    """Return nothing; draw all four sides of a map."""
+    """Draw all four sides of a map."""
     for side in axes.spines.values():
         side.set_visible(True)
 
@@ -247,18 +268,18 @@ BAND = "band: 95% interval of the mean over the seeds"
 _LETTER, _HANDLE = 0.07, 0.65  # inches in a legend
 
 
-AT_THRESHOLD = Line(f"{THRESHOLD:.0%}", INK, ":")
+AT_THRESHOLD = Line(f"{THRESHOLD:.0%}", Palette.INK, ":")
 
 
 def draw_curves(axes: Axes, env_steps: Floats, curves: Floats, line: Line) -> None:
-    """Return nothing; draw the mean of curves [seeds, reports] over env steps, with its 95% band."""
+    """Draw the mean of curves [seeds, reports] over env steps, with its 95% band."""
     band, thousands = bootstrap_band(curves, np.random.default_rng(BOOTSTRAP_SEED)), env_steps / 1000
     axes.plot(thousands, band.mean, color=line.colour, linestyle=line.dashes)
     axes.fill_between(thousands, band.low, band.high, color=line.colour, alpha=0.15, linewidth=0)
 
 
 def rate_axes(axes: Axes, last: float) -> None:
-    """Return nothing; let the axes show rates, from step 0 to ``last``."""
+    """Let the axes show rates, from step 0 to ``last``."""
     axes.set_xlim(0.0, last / 1000)
     axes.set_ylim(-0.02, 1.02)
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -267,18 +288,18 @@ def rate_axes(axes: Axes, last: float) -> None:
 
 
 def draw_threshold(axes: Axes) -> None:
-    """Return nothing; draw a line at the success rate that a method has to reach."""
+    """Draw a line at the success rate that a method has to reach."""
     axes.axhline(THRESHOLD, color=AT_THRESHOLD.colour, linestyle=AT_THRESHOLD.dashes, linewidth=1.0)
 
 
 def legend_below(figure: Figure, lines: Collection[Line]) -> None:
-    """Return nothing; name the lines below all axes."""
+    """Name the lines below all axes."""
     handles = [Line2D([], [], color=line.colour, linestyle=line.dashes, label=line.name) for line in lines]
     name_below(figure, handles)
 
 
 def name_below(figure: Figure, handles: Collection[Artist]) -> None:
-    """Return nothing; put a legend below all axes, in as many rows of about equal length as it takes."""
+    """Put a legend below all axes, in as many rows of about equal length as it takes."""
     inches = _LETTER * max(len(str(handle.get_label())) for handle in handles) + _HANDLE
     rows = ceil(len(handles) * inches / figure.get_figwidth())
     figure.legend(handles=list(handles), loc="outside lower center", ncols=ceil(len(handles) / rows), handlelength=3.0)

@@ -10,15 +10,16 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import PercentFormatter
 
 from hhrl_bench import paper_table
+from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import MetricRecord, ResultRecord, TaskRecord
-from hhrl_bench.figures import style as fig
-from hhrl_bench.figures.style import name_below, new_panels
+from hhrl_bench.figures.style import Palette, name_below, new_panels, save_figure, style
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.statistics.intervals import wilson
 
-RATES = ("success", "collision", "not_stop", "timeout")
+PANELS = ("success", "collision", "not_stop", "timeout")
+"""The keys of the metrics, a panel each."""
 
-_PAPER, _OURS, _WIDTH = fig.GREY, fig.BLUE, 0.38
+_PAPER, _OURS, _WIDTH = Palette.GREY, Palette.BLUE, 0.38
 
 Bar = tuple[float, float, float]
 """A rate and the bounds of its interval."""
@@ -33,11 +34,11 @@ def save_table_one(board: LeaderboardRecord, folder: Path) -> list[Path]:
         OutputError: if a file cannot be written.
     """
     written: list[Path] = []
-    with fig.style():
+    with style():
         for task in board.tasks:
             results = counterparts(board.results, task.id)
-            if task.id in paper_table.TASKS and len(results) > 1:
-                written += fig.save(draw_table_one(task, results), folder, f"table-1-{task.id}")
+            if task.id in paper_table.TABLE_I_TASKS and len(results) > 1:
+                written += save_figure(draw_table_one(task, results), folder, f"table-1-{task.id}")
     return written
 
 
@@ -50,10 +51,10 @@ def counterparts(results: Sequence[ResultRecord], task: str) -> dict[str, Result
 def draw_table_one(task: TaskRecord, results: dict[str, ResultRecord]) -> Figure:
     """Return the figure of our results beside the paper's rows; results by the policy of the paper."""
     rows = [row for row in paper_table.TABLE_I if row.policy in results]
-    headings = [rate.replace("_", " ") for rate in RATES]
+    headings = [METRICS[rate].heading for rate in PANELS]
     title, subtitle = f"Table I and {task.id}", "lines: 95% intervals"
     figure, panels = new_panels(title, subtitle, headings, "", "share of the episodes", 2, 2.0)
-    for axes, rate in zip(panels, RATES, strict=True):
+    for axes, rate in zip(panels, PANELS, strict=True):
         _draw_bars(axes, -_WIDTH / 2, [_papers(getattr(row, rate)) for row in rows], _PAPER)
         _draw_bars(axes, _WIDTH / 2, [_ours(getattr(results[row.policy].metrics, rate)) for row in rows], _OURS)
         axes.set_xticks(range(len(rows)), [row.policy.replace(" HRL", "\nHRL") for row in rows])
@@ -82,5 +83,10 @@ def _draw_bars(axes: Axes, offset: float, bars: Sequence[Bar], colour: str) -> N
     arms = np.maximum((mean - low, high - mean), 0.0)
     places = np.arange(len(bars)) + offset
     axes.bar(
-        places, mean, _WIDTH, color=colour, yerr=arms, error_kw={"ecolor": fig.INK, "elinewidth": 1.0, "capsize": 2}
+        places,
+        mean,
+        _WIDTH,
+        color=colour,
+        yerr=arms,
+        error_kw={"ecolor": Palette.INK, "elinewidth": 1.0, "capsize": 2},
     )

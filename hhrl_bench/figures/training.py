@@ -12,18 +12,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hhrl_bench.figures import style as fig
 from hhrl_bench.figures.style import (
     AT_THRESHOLD,
     BAND,
     Line,
+    Palette,
     draw_curves,
     draw_threshold,
     legend_below,
     lines,
+    new_figure,
     new_panels,
     rate_axes,
-    save,
+    save_figure,
     style,
 )
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
@@ -44,7 +45,7 @@ def save_training_curves(trainings: Trainings, folder: Path) -> list[Path]:
     if not rivals(trainings):
         return []
     with style():
-        return save(draw_training_curves(trainings), folder, "training-results")
+        return save_figure(draw_training_curves(trainings), folder, "training-results")
 
 
 def rivals(trainings: Trainings) -> dict[str, Trainings]:
@@ -94,11 +95,11 @@ def _draw(axes: Axes, trainings: Trainings) -> None:
 
 _ABREAST = 3
 
-LINES: Mapping[str, Line] = {
-    "success": Line("success", fig.GREEN, "-"),
-    "timeout": Line("timeout", fig.BLUE, "-."),
-    "not_stop": Line("not stop", fig.ORANGE, "--"),
-    "collision": Line("collision", fig.VERMILLION, ":"),
+OUTCOME_LINES: Mapping[str, Line] = {
+    "success": Line("success", Palette.GREEN, "-"),
+    "timeout": Line("timeout", Palette.BLUE, "-."),
+    "not_stop": Line("not stop", Palette.ORANGE, "--"),
+    "collision": Line("collision", Palette.VERMILLION, ":"),
 }
 
 
@@ -112,9 +113,9 @@ def save_trainings(trainings: Sequence[TrainingOutcomesRecord], folder: Path) ->
         OutputError: if a file cannot be written.
     """
     written: list[Path] = []
-    with fig.style():
+    with style():
         for name, group in _pages(trainings).items():
-            written += fig.save(draw_trainings(group), folder, name)
+            written += save_figure(draw_trainings(group), folder, name)
     return written
 
 
@@ -130,13 +131,13 @@ def _pages(trainings: Sequence[TrainingOutcomesRecord]) -> dict[str, Sequence[Tr
 def draw_trainings(trainings: Sequence[TrainingOutcomesRecord]) -> Figure:
     """Return the figure: a column a training, the episodes that it learned from above, validation episodes below."""
     width = max(1.2 + 3.0 * len(trainings), 6.5)
-    figure = fig.new_figure(width, 5.6, "How episodes end while an agent learns", f"{BAND}, by report")
+    figure = new_figure(width, 5.6, "How episodes end while an agent learns", f"{BAND}, by report")
     grid = figure.subplots(2, len(trainings), sharey=True, squeeze=False)
     for pair, training in zip(grid.T, trainings, strict=True):
         _draw_training(pair, training)
     for axes, label in zip(grid[:, 0], ("training episodes", "validation episodes"), strict=True):
         axes.set_ylabel(label)
-    legend_below(figure, LINES.values())
+    legend_below(figure, OUTCOME_LINES.values())
     return figure
 
 
@@ -144,7 +145,7 @@ def _draw_training(pair: Iterable[Axes], training: TrainingOutcomesRecord) -> No
     above, below = pair
     env_steps = np.array(training.env_steps, np.float64)
     for axes, shares in ((above, training.training), (below, training.testing)):
-        for outcome, line in LINES.items():
+        for outcome, line in OUTCOME_LINES.items():
             draw_curves(axes, env_steps, shares.array(outcome), line)
         rate_axes(axes, env_steps[-1])
     above.set_title(f"{training.method}\n{training.task}, {training.runs}")

@@ -9,15 +9,19 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from hhrl_bench.figures import style as fig
 from hhrl_bench.figures.style import (
     AT_THRESHOLD,
     BAND,
+    DIVERGING,
+    SEQUENTIAL,
     Line,
+    Palette,
     draw_curves,
     draw_threshold,
     legend_below,
+    new_figure,
     new_panels,
+    number_text,
     outline,
     rate_axes,
 )
@@ -44,13 +48,13 @@ def _forward(row: TransferRecord) -> float | None:
 
 
 def _signed(value: float) -> str:
-    return fig.number(value, "+z.2f")
+    return number_text(value, "+z.2f")
 
 
 MAPS = (
-    Map("zero-shot success", "zero-shot", lambda row: row.start.mean, fig.SEQUENTIAL, Normalize(0, 1), "{:.0%}".format),
-    Map("forward transfer, frozen-action", "frozen-action", _forward, fig.DIVERGING, Normalize(-1, 1), _signed),
-    Map("forward transfer, fine-tune", "fine-tune", _forward, fig.DIVERGING, Normalize(-1, 1), _signed),
+    Map("zero-shot success", "zero-shot", lambda row: row.start.mean, SEQUENTIAL, Normalize(0, 1), "{:.0%}".format),
+    Map("forward transfer, frozen-action", "frozen-action", _forward, DIVERGING, Normalize(-1, 1), _signed),
+    Map("forward transfer, fine-tune", "fine-tune", _forward, DIVERGING, Normalize(-1, 1), _signed),
 )
 
 
@@ -59,7 +63,7 @@ def draw_transfer_matrix(rows: Sequence[TransferRecord]) -> Figure:
     sources, targets = sorted({row.source for row in rows}), sorted({row.target for row in rows})
     maps = [one for one in MAPS if any(row.arm == one.arm for row in rows)]
     size = (max(2.2 + 0.75 * len(targets), 5.0), 2.2 + len(maps) * (0.45 + 0.4 * len(sources)))
-    figure = fig.new_figure(*size, f"Transfer of {rows[0].method}", "mean over the seeds")
+    figure = new_figure(*size, f"Transfer of {rows[0].method}", "mean over the seeds")
     axes = figure.subplots(len(maps), 1, sharex=True, squeeze=False)[:, 0]
     for axis, one in zip(axes, maps, strict=True):
         _draw_map(axis, one, _values(one, rows, sources, targets))
@@ -81,23 +85,23 @@ def _values(one: Map, rows: Sequence[TransferRecord], sources: list[str], target
 
 
 def _draw_map(axes: Axes, one: Map, values: Floats) -> None:
-    axes.set_facecolor(fig.PALE)
+    axes.set_facecolor(Palette.PALE)
     image = axes.imshow(values, cmap=one.colours, norm=one.norm, aspect="auto")
     for (y, x), value in np.ndenumerate(values):
         red, green, blue, _ = image.cmap(one.norm(value)) if np.isfinite(value) else (1.0, 1.0, 1.0, 1.0)
         dark = 0.299 * red + 0.587 * green + 0.114 * blue < 0.5
         text = one.written(value) if np.isfinite(value) else NONE
-        axes.text(x, y, text, ha="center", va="center", color="white" if dark else fig.INK)
+        axes.text(x, y, text, ha="center", va="center", color="white" if dark else Palette.INK)
     axes.set_title(one.heading)
     axes.tick_params(length=0)
     outline(axes)
 
 
-LINES: Mapping[ArmName, Line] = {
-    "scratch": Line("scratch", fig.GREY, "-"),
-    "zero-shot": Line("zero-shot", fig.PURPLE, "--"),
-    "frozen-action": Line("frozen-action", fig.ORANGE, "-."),
-    "fine-tune": Line("fine-tune", fig.BLUE, "-"),
+ARM_LINES: Mapping[ArmName, Line] = {
+    "scratch": Line("scratch", Palette.GREY, "-"),
+    "zero-shot": Line("zero-shot", Palette.PURPLE, "--"),
+    "frozen-action": Line("frozen-action", Palette.ORANGE, "-."),
+    "fine-tune": Line("fine-tune", Palette.BLUE, "-"),
 }
 
 
@@ -110,7 +114,7 @@ def draw_transfer_curves(rows: Sequence[TransferRecord]) -> Figure:
     for axes, arms in zip(panels, targets.values(), strict=True):
         _draw_target(axes, arms)
     present = {row.arm for row in rows}
-    legend_below(figure, [*(line for arm, line in LINES.items() if arm in present), AT_THRESHOLD])
+    legend_below(figure, [*(line for arm, line in ARM_LINES.items() if arm in present), AT_THRESHOLD])
     return figure
 
 
@@ -121,7 +125,7 @@ def _target(row: TransferRecord) -> str:
 def _draw_target(axes: Axes, arms: Sequence[TransferRecord]) -> None:
     draw_threshold(axes)
     by_arm = {row.arm: row for row in arms}
-    for arm in (arm for arm in LINES if arm in by_arm):
+    for arm in (arm for arm in ARM_LINES if arm in by_arm):
         row = by_arm[arm]
-        draw_curves(axes, np.array(row.env_steps, np.float64), np.array(row.success), LINES[arm])
+        draw_curves(axes, np.array(row.env_steps, np.float64), np.array(row.success), ARM_LINES[arm])
     rate_axes(axes, arms[0].budget)

@@ -22,7 +22,7 @@ from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
 
-MAX_BYTES = 16 * 2**20
+MAX_ENTRY_BYTES = 16 * 2**20
 _NUMBERS = re.compile(r'\[\n[^][{}"]*\]')  # a list of them over several lines; no text holds a line end
 
 
@@ -130,11 +130,11 @@ def read_entry(path: Path) -> LeaderboardRecord:
     """
     try:
         with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            data = file.read(MAX_ENTRY_BYTES + 1)
     except OSError as error:
         raise RecordError(f"cannot read {path}: {error.strerror}; hhrl-bench run writes one") from error
-    if len(data) > MAX_BYTES:
-        raise RecordError(f"{path} is larger than {MAX_BYTES // 2**20} MiB, which no leaderboard is")
+    if len(data) > MAX_ENTRY_BYTES:
+        raise RecordError(f"{path} is larger than {MAX_ENTRY_BYTES // 2**20} MiB, which no leaderboard is")
     try:
         return LeaderboardRecord.model_validate_json(data)
     except ValidationError as error:

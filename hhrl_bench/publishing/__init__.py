@@ -1,1 +1,1 @@
-"""TODO."""
+"""A folder of published entries, its index and the pages made of it."""

@@ -30,8 +30,8 @@ LARGEST_SVG = 90_000
 """Bytes; a figure whose SVG has more is shown as a PNG."""
 
 
-class Figure(NamedTuple):
-    """A picture: its name, and a data URI that holds it."""
+class Picture(NamedTuple):
+    """A figure: its name, and a data URI that holds it."""
 
     name: str
     uri: str
@@ -52,7 +52,7 @@ def html(board: LeaderboardRecord, store: Store) -> str:
         RecordError: if one of the files that figures are drawn from is missing or damaged.
     """
     environment = Environment(
-        loader=PackageLoader("hhrl_bench"),
+        loader=PackageLoader("hhrl_bench.publishing"),
         autoescape=True,  # names of agents and tasks are anybody's
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -93,18 +93,18 @@ def _seeds(board: LeaderboardRecord) -> list[str]:
     return list(dict.fromkeys(format_seeds(result.seeds) for result in board.results if result.seeds))
 
 
-def _figures(board: LeaderboardRecord, store: Store) -> list[Figure]:
+def _figures(board: LeaderboardRecord, store: Store) -> list[Picture]:
     """Return the figures of a leaderboard; none if it has nothing to draw."""
     with TemporaryDirectory() as folder:
         written = save_leaderboard_figures(board, store, Path(folder))
         return [_figure(path) for path in written if path.suffix == ".svg"]
 
 
-def _figure(path: Path) -> Figure:
+def _figure(path: Path) -> Picture:
     vector = path.read_bytes()
     small = len(vector) <= LARGEST_SVG
     kind, content = ("svg+xml", vector) if small else ("png", path.with_suffix(".png").read_bytes())
-    return Figure(path.stem.replace("-", " "), f"data:image/{kind};base64,{b64encode(content).decode()}")
+    return Picture(path.stem.replace("-", " "), f"data:image/{kind};base64,{b64encode(content).decode()}")
 
 
 def _flat(config: Mapping[str, Any], under: str = "") -> Iterator[tuple[str, str]]:

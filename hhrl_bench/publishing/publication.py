@@ -95,7 +95,7 @@ def check_index(folder: Path) -> Iterator[Finding]:
 
 
 def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> None:
-    """Return nothing.
+    """Refuse an entry that cannot be submitted to a folder under a name.
 
     Raises:
         RecordError: if the name is taken or none, or the entry is not what a run of its suite makes.

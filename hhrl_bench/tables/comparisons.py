@@ -5,7 +5,7 @@ from itertools import groupby
 
 from hhrl_bench.evaluation.metrics import METRICS, Metric
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord
-from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, by_importance, number
+from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, by_importance, metric_text
 
 NOTES = (
     Note(
@@ -64,6 +64,6 @@ def _cells(metric: Metric, one: PairwiseRecord | None) -> tuple[Cell, Cell]:
     difference, more = one.difference, one.probability_more
     bounds = None
     if difference.low is not None and difference.high is not None:
-        bounds = f"{number(metric, difference.low, '+')}, {number(metric, difference.high, '+')}"
+        bounds = f"{metric_text(metric, difference.low, '+')}, {metric_text(metric, difference.high, '+')}"
     probability = Cell(f"{more.mean:.2f}", f"{more.low:.2f}, {more.high:.2f}") if more else Cell()
-    return Cell(number(metric, mean, "+"), bounds), probability
+    return Cell(metric_text(metric, mean, "+"), bounds), probability

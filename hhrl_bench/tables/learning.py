@@ -7,7 +7,7 @@ import numpy as np
 
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.leaderboard.efficiency import EfficiencyRecord
-from hhrl_bench.tables.table import Cell, Column, Fit, Group, Note, Row, Table, by_importance
+from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, TerminalFit, by_importance
 from hhrl_bench.training.learning_curves import TRAINING_OUTCOMES, SharesRecord, TrainingOutcomesRecord
 
 EFFICIENCY_NOTES = (
@@ -30,7 +30,7 @@ def efficiency_table(records: Sequence[EfficiencyRecord]) -> Table:
         tuple(groups),
         EFFICIENCY_NOTES,
         terminal_names="task",
-        fit=Fit(intervals=None),
+        fit=TerminalFit(intervals=None),
     )
 
 
@@ -77,7 +77,7 @@ def _outcomes(training: TrainingOutcomesRecord) -> Table:
         (Group("", tuple(Row(time, own) for time, own in zip(TIMES, zip(*cells, strict=True), strict=True))),),
         OUTCOMES_NOTES,
         terminal_names="",
-        fit=Fit(intervals=None, wider=("", "more outcomes")),
+        fit=TerminalFit(intervals=None, wider=("", "more outcomes")),
     )
 
 

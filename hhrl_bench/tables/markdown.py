@@ -26,7 +26,7 @@ class Scored(NamedTuple):
     result: ResultRecord
 
 
-def markdown(boards: Mapping[str, LeaderboardRecord]) -> str:
+def suite_page(boards: Mapping[str, LeaderboardRecord]) -> str:
     """Return a page with the tables of leaderboards by the names of their entries, all of one suite.
 
     Rows of all entries stand in one table a task, the most successful first; only what was played in equal worlds is

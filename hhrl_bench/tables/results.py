@@ -11,20 +11,20 @@ from hhrl_bench.tables.success import held, row_name
 from hhrl_bench.tables.table import (
     Cell,
     Column,
-    Fit,
     Group,
     Note,
     Row,
     Table,
+    TerminalFit,
     metric_cell,
     number_cell,
-    one_line,
     percent,
+    unbroken,
 )
 from hhrl_bench.tasks.tasks import TASKS
-from hhrl_bench.text import WIDTH
+from hhrl_bench.text import NAME_WIDTH
 
-FIT = Fit("first", name_widths=(WIDTH, 12), wider=("95% intervals", "95% intervals and more columns"))
+_FIT = TerminalFit("first", name_widths=(NAME_WIDTH, 12), wider=("95% intervals", "95% intervals and more columns"))
 
 
 def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, seeds: bool = False) -> Table:
@@ -38,7 +38,7 @@ def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, seeds: b
         for result in results
     )
     groups = [Group("", rows)]
-    if task.id in paper_table.TASKS:
+    if task.id in paper_table.TABLE_I_TASKS:
         blank = (Cell(),) * len(last)
         printed = (
             Row(row.policy, (*(paper_cell(metric, row) for metric in metrics), *blank)) for row in paper_table.TABLE_I
@@ -49,9 +49,9 @@ def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, seeds: b
         "agent",
         (*_columns(metrics), *last),
         tuple(groups),
-        tuple(notes(task, results)),
+        tuple(_notes(task, results)),
         full_title=f"{task.id}, {task.episodes:,} test episodes",
-        fit=FIT,
+        fit=_FIT,
     )
 
 
@@ -87,10 +87,10 @@ def paper_cell(metric: Metric, row: PaperRow) -> Cell:
     return Cell(f"{value}") if isinstance(value, int) else number_cell(metric, value)
 
 
-def notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
+def _notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
     """Return what to know of the results of a task, a sentence or two a line."""
     lines = [Note(_meaning(results), "Means an episode.")]
-    if task.id in paper_table.TASKS:
+    if task.id in paper_table.TABLE_I_TASKS:
         source = f"The paper's rows: Table I, {CASES} cases"
         lines.append(Note(f"{source}, Wilson.", f"{source}."))
     lines += [Note(note) for result in results if (note := _trained_elsewhere(task, result))]
@@ -103,7 +103,7 @@ def _columns(metrics: Sequence[Metric]) -> tuple[Column, ...]:
         Column(
             metric.heading,
             priority=i if metric.key in PaperRow._fields else -i,
-            wide=one_line(metric.heading),
+            wide=unbroken(metric.heading),
             narrow=metric.heading.replace(" ", "\n"),
         )
         for i, metric in enumerate(metrics)

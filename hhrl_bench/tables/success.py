@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.tables.table import Cell, Column, Fit, Group, Note, Row, Table, metric_cell
+from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, TerminalFit, metric_cell
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.text import folded
 
 INTERVALS = Note("95% intervals: bootstrap over training seeds; Wilson for a single policy.", without_intervals="")
-FIT = Fit("first", name_widths=(12,), wider=("95% intervals", "95% intervals and more tasks"))
+_FIT = TerminalFit("first", name_widths=(12,), wider=("95% intervals", "95% intervals and more tasks"))
 
 
 def held(result: ResultRecord) -> str:
@@ -47,9 +47,9 @@ def success_table(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecor
         "agent",
         tuple(Column(task.id, -i, folded(task.id, 12), folded(task.id, 9)) for i, task in enumerate(tasks)),
         (Group("", rows),),
-        notes(tasks, boards),
+        _notes(tasks, boards),
         full_title=f"Success, {episodes} test episodes a task",
-        fit=FIT,
+        fit=_FIT,
     )
 
 
@@ -61,7 +61,7 @@ def success_cell(result: ResultRecord | None) -> Cell:
     return metric_cell(METRICS["success"], success)
 
 
-def notes(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> tuple[Note, ...]:
+def _notes(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> tuple[Note, ...]:
     """Return what to know of successes side by side, the first line about intervals."""
     scored = [[one for board in boards if task in board.tasks for one in board.on(task)] for task in tasks]
     behind = [

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 from hhrl_bench.evaluation.metrics import Metric
 from hhrl_bench.evaluation.records import MetricRecord
-from hhrl_bench.text import NONE, WIDTH
+from hhrl_bench.text import NAME_WIDTH, NONE
 
 
 class Cell(NamedTuple):
@@ -33,7 +33,7 @@ class Column(NamedTuple):
     @property
     def line(self) -> str:
         """The heading in one line."""
-        return one_line(self.heading)
+        return unbroken(self.heading)
 
 
 class Row(NamedTuple):
@@ -71,7 +71,7 @@ class Note(NamedTuple):
     column: int | None = None
 
 
-class Fit(NamedTuple):
+class TerminalFit(NamedTuple):
     """How a table becomes narrower in a terminal without room for all of it.
 
     Attributes:
@@ -82,7 +82,7 @@ class Fit(NamedTuple):
     """
 
     intervals: Literal["first", "last"] | None = "last"
-    name_widths: tuple[int, ...] = (WIDTH,)
+    name_widths: tuple[int, ...] = (NAME_WIDTH,)
     wider: tuple[str, str] = ("more", "more")
 
 
@@ -107,7 +107,7 @@ class Table(NamedTuple):
     notes: tuple[Note, ...] = ()
     full_title: str | None = None
     terminal_names: str | None = None
-    fit: Fit = Fit()
+    fit: TerminalFit = TerminalFit()
 
 
 def joined(title: str, tables: Sequence[Table]) -> Table:
@@ -116,7 +116,7 @@ def joined(title: str, tables: Sequence[Table]) -> Table:
     return tables[0]._replace(title=title, groups=tuple(groups))
 
 
-def one_line(heading: str) -> str:
+def unbroken(heading: str) -> str:
     """Return a heading in one line; a word that was broken at its hyphen is whole again."""
     return heading.replace("-\n", "").replace("\n", " ")
 
@@ -126,7 +126,7 @@ def by_importance(metrics: Iterable[Metric]) -> list[Metric]:
     return sorted(metrics, key=lambda one: (one.key != "success", not one.is_rate, one.nullable))
 
 
-def number(metric: Metric, value: float, sign: Literal["", "+"] = "") -> str:
+def metric_text(metric: Metric, value: float, sign: Literal["", "+"] = "") -> str:
     """Return a value of a metric with its digits, rates in percent but without a sign of it."""
     return f"{value * (100.0 if metric.is_rate else 1.0):{sign}{'z' if sign else ''}.{metric.digits}f}"
 
@@ -140,7 +140,7 @@ def number_cell(metric: Metric, mean: float | None, low: float | None = None, hi
     """Return a mean with the bounds of its interval, rates in percent."""
     if mean is None:
         return Cell()
-    value = number(metric, mean) + ("%" if metric.is_rate else "")
+    value = metric_text(metric, mean) + ("%" if metric.is_rate else "")
     if low is None or high is None:
         return Cell(value)
     scale = 100.0 if metric.is_rate else 1.0

@@ -17,7 +17,7 @@ from hhrl_bench.tables.results import results_table, worst_cases_table
 from hhrl_bench.tables.success import spans_tasks, success_table
 from hhrl_bench.tables.table import Cell, Note, Row, Table
 from hhrl_bench.tables.transfers import transfer_tables
-from hhrl_bench.text import NONE, WIDTH, folded, indented
+from hhrl_bench.text import NAME_WIDTH, NONE, folded, indented
 
 BOUNDLESS = 1000
 
@@ -98,7 +98,7 @@ def layouts(table: Table) -> list[Layout]:
     with_intervals = {"first": kept[:1], "last": kept, None: []}[fit.intervals]
     widest = [Layout(kept[0], intervals=False, name_width=width) for width in fit.name_widths]
     narrower = [Layout(places, intervals=False, name_width=fit.name_widths[-1]) for places in kept[1:]]
-    return [*(Layout(places, intervals=True, name_width=WIDTH) for places in with_intervals), *widest, *narrower]
+    return [*(Layout(places, intervals=True, name_width=NAME_WIDTH) for places in with_intervals), *widest, *narrower]
 
 
 def grid(table: Table, layout: Layout) -> Grid:

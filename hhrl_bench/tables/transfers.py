@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
-from hhrl_bench.tables.table import Cell, Column, Fit, Group, Note, Row, Table
+from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, TerminalFit
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.training.learning_curves import THRESHOLD
 from hhrl_bench.transfer.records import SeedsMetricRecord, TransferRecord
@@ -62,7 +62,7 @@ def _steps_ratio(row: TransferRecord) -> Cell:
     return Cell(f">= {ratio.at_least:.2f}", bounds) if ratio.at_least > 0.0 else Cell()
 
 
-COLUMNS = (
+ARM_COLUMNS = (
     ArmColumn("success\nat step 0", lambda row: _rate(row.start)),
     ArmColumn(f"k steps\nto {THRESHOLD:.0%}", _steps),
     ArmColumn("steps\nratio", _steps_ratio),
@@ -80,7 +80,7 @@ def transfer_tables(records: Sequence[TransferRecord], *, known: bool = False) -
 
     known: whether columns are left out that have no number for any arm.
     """
-    columns = [one for one in COLUMNS if not known or any(one.cell(row).value for row in records)]
+    columns = [one for one in ARM_COLUMNS if not known or any(one.cell(row).value for row in records)]
     ordered = sorted(records, key=lambda row: row.group)
     return [_table(list(own), columns) for _, own in groupby(ordered, key=lambda row: row.group[:2])]
 
@@ -96,13 +96,13 @@ def _table(rows: Sequence[TransferRecord], columns: Sequence[ArmColumn]) -> Tabl
         "arm",
         tuple(Column(one.heading, -i) for i, one in enumerate(columns)),
         tuple(groups),
-        notes(rows),
+        _notes(rows),
         terminal_names="target",
-        fit=Fit("first", wider=("more columns and 95% intervals",) * 2),
+        fit=TerminalFit("first", wider=("more columns and 95% intervals",) * 2),
     )
 
 
-def notes(rows: Sequence[TransferRecord]) -> tuple[Note, ...]:
+def _notes(rows: Sequence[TransferRecord]) -> tuple[Note, ...]:
     """Return what to know of the arms, a sentence or two a line."""
     budgets = sorted({row.budget for row in rows})
     words = " to ".join(f"{budget:,}" for budget in dict.fromkeys((budgets[0], budgets[-1])))

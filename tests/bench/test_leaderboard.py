@@ -137,7 +137,7 @@ def test_a_truncated_leaderboard_is_refused(board: LeaderboardRecord, tmp_path: 
 def test_an_oversized_file_is_not_read_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.json"
     path.write_text(" " * 300)
-    monkeypatch.setattr("hhrl_bench.leaderboard.entry.MAX_BYTES", 200)
+    monkeypatch.setattr("hhrl_bench.leaderboard.entry.MAX_ENTRY_BYTES", 200)
     with pytest.raises(RecordError, match="larger than"):
         read_entry(path)
 

@@ -9,7 +9,7 @@ from matplotlib.patches import Rectangle
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.figures.leaderboard import save_leaderboard_figures
 from hhrl_bench.figures.style import lines, style
-from hhrl_bench.figures.table_one import RATES, counterparts, draw_table_one
+from hhrl_bench.figures.table_one import PANELS, counterparts, draw_table_one
 from hhrl_bench.figures.training import draw_training_curves
 from hhrl_bench.leaderboard.entry import write_entry
 from hhrl_bench.paper_table import TABLE_I
@@ -74,7 +74,7 @@ def test_table_one_has_the_papers_rates_beside_ours() -> None:
     with style():
         figure = draw_table_one(task, results)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["success", "collision", "not stop", "timeout"]
-    for axes, rate in zip(figure.axes, RATES, strict=True):
+    for axes, rate in zip(figure.axes, PANELS, strict=True):
         heights = [bar.get_height() for bar in axes.patches if isinstance(bar, Rectangle)]
         theirs = [getattr(row, rate) / 100 for row in TABLE_I]
         ours = [getattr(results[row.policy].metrics, rate).mean for row in TABLE_I]

@@ -6,7 +6,7 @@ import pytest
 
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.paper_table import TABLE_I
-from hhrl_bench.tables.markdown import markdown, plain
+from hhrl_bench.tables.markdown import plain, suite_page
 from support.whole_board import AGENTS, whole_board
 
 HOSTILE = (
@@ -37,7 +37,7 @@ def names(text: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    return markdown({"published": whole_board(), "theirs": whole_board("other")})
+    return suite_page({"published": whole_board(), "theirs": whole_board("other")})
 
 
 def test_rows_of_all_entries_stand_by_success_above_the_papers(page: str) -> None:
@@ -80,14 +80,14 @@ def test_comparisons_efficiency_and_transfer_are_told_of_every_entry(page: str) 
 def test_worlds_that_differ_are_not_put_together() -> None:
     board = whole_board()
     other = board.model_copy(update={"tasks": tuple(task.model_copy(update={"episodes": 40}) for task in board.tasks)})
-    page = markdown({"a": board, "b": other})
+    page = suite_page({"a": board, "b": other})
     assert page.count("\n## stop-line-v0\n") == 2
     assert len(names(section(page, "### Results"))) == len(AGENTS) + 1 + len(TABLE_I)
 
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_names_are_text_whatever_they_hold(name: str) -> None:
-    page, usual = markdown({name: whole_board(name)}), markdown({"x": whole_board()})
+    page, usual = suite_page({name: whole_board(name)}), suite_page({"x": whole_board()})
     assert plain(name) in page
     assert "\n" not in plain(name)
     assert [len(row) for table in tables(page) for row in table] == [
@@ -103,4 +103,4 @@ def test_plain_text_stays_readable() -> None:
 
 def test_equal_leaderboards_give_equal_text(page: str) -> None:
     again = [LeaderboardRecord.model_validate_json(whole_board(name).model_dump_json()) for name in ("rule-2", "other")]
-    assert markdown(dict(zip(("published", "theirs"), again, strict=True))) == page
+    assert suite_page(dict(zip(("published", "theirs"), again, strict=True))) == page

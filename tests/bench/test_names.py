@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hhrl_bench.text import LONGEST, file_name, folded, indented
+from hhrl_bench.text import LONGEST_FILE_NAME, file_name, folded, indented
 
 
 @given(st.text(st.characters(codec="ascii", exclude_categories=["Cc", "Zs"]), max_size=80), st.integers(1, 30))
@@ -38,7 +38,7 @@ def test_an_indented_name_is_indented_on_every_line() -> None:
 def test_a_file_name_is_a_file_in_its_own_folder(name: str) -> None:
     made = file_name(name)
     assert re.fullmatch(r"[A-Za-z0-9_-]+", made + "x")
-    assert len(made) <= LONGEST
+    assert len(made) <= LONGEST_FILE_NAME
 
 
 def test_file_names_differ_where_names_do_and_plain_ones_stay() -> None:

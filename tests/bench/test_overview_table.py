@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.tables.markdown import markdown
+from hhrl_bench.tables.markdown import suite_page
 from hhrl_bench.tables.success import results_by_row, spans_tasks, success_table
 from hhrl_bench.tables.terminal import print_table
 from support.whole_board import AGENTS, whole_board
@@ -63,7 +63,7 @@ def test_agents_on_one_task_each_are_not_put_side_by_side() -> None:
     for agent in AGENTS:
         board = without(board, agent, "stop-line-wet-v0")
     assert not spans_tasks(board)
-    assert "Success on every task" not in markdown({"a": board})
+    assert "Success on every task" not in suite_page({"a": board})
 
 
 @pytest.mark.parametrize("width", [24, 40, 80, 120])

@@ -12,7 +12,14 @@ from support.command_line import invoke
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "environments/README.md")
-COMMANDED = ("README.md", "docs/analysis.md", "docs/training.md", "docs/traffic.md", "docs/transfer.md", "docs/extending.md")
+COMMANDED = (
+    "README.md",
+    "docs/analysis.md",
+    "docs/training.md",
+    "docs/traffic.md",
+    "docs/transfer.md",
+    "docs/extending.md",
+)
 SLOW = tuple(
     f"hhrl-bench {verb}"
     for verb in (

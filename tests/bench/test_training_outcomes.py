@@ -13,7 +13,7 @@ from rich.console import Console
 
 from hhrl_bench.errors import CurveError
 from hhrl_bench.figures.style import style
-from hhrl_bench.figures.training import LINES, draw_trainings, save_trainings
+from hhrl_bench.figures.training import OUTCOME_LINES, draw_trainings, save_trainings
 from hhrl_bench.tables.learning import outcome_tables
 from hhrl_bench.tables.terminal import print_tables
 from hhrl_bench.text import NONE
@@ -97,10 +97,9 @@ def test_the_figure_has_a_column_a_training_and_names_every_line(tmp_path: Path)
     [legend] = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["success", "timeout", "not stop", "collision"]
     means = {str(line.get_color()): np.asarray(line.get_ydata(), float) for line in below[0].get_lines()}
-    np.testing.assert_allclose(means[LINES["success"].colour], [0.5, 0.75])
-    assert (
-        len({(line.colour, line.dashes) for line in LINES.values()}) == len({*LINES.values()}) == len(TRAINING_OUTCOMES)
-    )
+    np.testing.assert_allclose(means[OUTCOME_LINES["success"].colour], [0.5, 0.75])
+    looks = {(line.colour, line.dashes) for line in OUTCOME_LINES.values()}
+    assert len(looks) == len({*OUTCOME_LINES.values()}) == len(TRAINING_OUTCOMES)
 
 
 def test_equal_trainings_give_equal_files(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from hhrl_bench.figures.leaderboard import save_transfer_figures
 from hhrl_bench.figures.style import style
-from hhrl_bench.figures.transfers import LINES, draw_transfer_curves, draw_transfer_matrix
+from hhrl_bench.figures.transfers import ARM_LINES, draw_transfer_curves, draw_transfer_matrix
 from hhrl_bench.transfer.records import TransferRecord
 from support.transfers import STEPS, study
 
@@ -32,13 +32,13 @@ def test_curves_have_a_panel_a_target_with_every_arm_and_the_threshold() -> None
     assert {axes.get_xlabel() for axes in figure.axes} == {"env steps (thousands)"}
     assert figure.axes[0].get_ylabel() == "validation success"
     [legend] = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == [*LINES, "93%"]
+    assert [text.get_text() for text in legend.get_texts()] == [*ARM_LINES, "93%"]
     threshold, *lines = figure.axes[2].get_lines()
     assert threshold.get_ydata() == [0.93, 0.93]
     by_colour = {line.get_color(): line for line in lines}
     for row in rows:
         if row.target == "two-stops-v0":
-            line = by_colour[LINES[row.arm].colour]
+            line = by_colour[ARM_LINES[row.arm].colour]
             np.testing.assert_allclose(np.asarray(line.get_xdata(), float), np.array(STEPS) / 1000)
             np.testing.assert_allclose(np.asarray(line.get_ydata(), float), np.mean(row.success, axis=0))
 
@@ -52,7 +52,7 @@ def test_many_targets_are_labelled_at_the_lowest_panel_of_each_column() -> None:
 
 
 def test_lines_differ_in_colour() -> None:
-    assert len({line.colour for line in LINES.values()}) == len(LINES)
+    assert len({line.colour for line in ARM_LINES.values()}) == len(ARM_LINES)
 
 
 def test_the_matrix_writes_every_number_and_a_dash_where_there_is_none() -> None:

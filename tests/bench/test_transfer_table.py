@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from hhrl_bench.tables.terminal import print_tables
-from hhrl_bench.tables.transfers import COLUMNS, transfer_tables
+from hhrl_bench.tables.transfers import ARM_COLUMNS, transfer_tables
 from hhrl_bench.text import NONE
 from hhrl_bench.transfer.records import TransferRecord
 from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, transfer_set
@@ -67,4 +67,4 @@ def test_censored_seeds_are_counted_and_bounds_said() -> None:
 
 
 def test_headings_are_unique() -> None:
-    assert len({column.heading for column in COLUMNS}) == len(COLUMNS)
+    assert len({column.heading for column in ARM_COLUMNS}) == len(ARM_COLUMNS)

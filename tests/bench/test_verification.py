@@ -18,7 +18,7 @@ from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard import comparisons
-from hhrl_bench.leaderboard.entry import MAX_BYTES, read_entry, respelt, write_entry
+from hhrl_bench.leaderboard.entry import MAX_ENTRY_BYTES, read_entry, respelt, write_entry
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.statistics import censored_times, intervals
@@ -238,7 +238,7 @@ SPOILT = {
     "truncated": lambda text: text[: len(text) // 2],
     "of another version": lambda text: text.replace('"schema_version": 1', '"schema_version": 2', 1),
     "nested": lambda text: text.replace('"suite": ', '"suite": ' + "[" * 100_000, 1),
-    "oversized": lambda text: text + " " * MAX_BYTES,
+    "oversized": lambda text: text + " " * MAX_ENTRY_BYTES,
     "escaping": lambda text: re.sub(r'"evidence_sha256": "[0-9a-f]{64}"', '"evidence_sha256": "../../escape"', text),
     "a terminal's command": lambda text: text.replace('"suite": "', '"suite": "\\u001b[2J', 1),
     "empty": lambda text: text[:0],
