@@ -1,6 +1,6 @@
 """Agents for the stop-line benchmark: rule agents (numpy) and learned agents (torch, imported where used)."""
 
 from hhrl_agents.agent import Agent, Decision, HierarchicalAgent
-from hhrl_agents.methods.registry import METHODS, RULES
+from hhrl_agents.methods.registry import METHODS, RULES, register_method, register_rule
 
-__all__ = ["METHODS", "RULES", "Agent", "Decision", "HierarchicalAgent"]
+__all__ = ["METHODS", "RULES", "Agent", "Decision", "HierarchicalAgent", "register_method", "register_rule"]

@@ -1,6 +1,7 @@
 """The registered agents: rules that act at once, and methods that learn. Nothing here imports torch."""
 
 import pkgutil
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import import_module
@@ -12,15 +13,19 @@ from hhrl_agents.agent import HierarchicalAgent
 from hhrl_agents.methods.configs import DoubleDQNConfig, PPOConfig, PQNConfig
 from hhrl_agents.methods.method import Method
 from hhrl_envs import Scenario
+from hhrl_envs.errors import InputError
 
-RULES: Mapping[str, Callable[[Scenario], HierarchicalAgent]] = MappingProxyType(
-    {
-        rule: make
-        for module in pkgutil.iter_modules(rules.__path__)
-        for rule, make in getattr(import_module(f"{rules.__name__}.{module.name}"), "RULES", {}).items()
-    }
-)
-"""Every rule agent's constructor by its id: the `RULES` of the modules in `hhrl_agents.rules`."""
+MakesRule = Callable[[Scenario], HierarchicalAgent]
+"""The constructor of a rule agent."""
+
+_rules: dict[str, MakesRule] = {
+    rule: make
+    for module in pkgutil.iter_modules(rules.__path__)
+    for rule, make in getattr(import_module(f"{rules.__name__}.{module.name}"), "RULES", {}).items()
+}
+
+RULES: Mapping[str, MakesRule] = MappingProxyType(_rules)
+"""Every rule agent's constructor by its id: the `RULES` of the modules in `hhrl_agents.rules`, and registered ones."""
 
 _DDQN = Method("ddqn", summary="flat Double DQN")
 
@@ -116,15 +121,38 @@ _TRAFFIC = (
     ),
 )
 
-METHODS: Mapping[str, Method] = MappingProxyType(
-    {
-        method.id: method
-        for method in (*_PAPER, *_PLUS, *_CONTROLS, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY, *_TRAFFIC)
-    }
-)
+_methods: dict[str, Method] = {
+    method.id: method
+    for method in (*_PAPER, *_PLUS, *_CONTROLS, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY, *_TRAFFIC)
+}
+
+METHODS: Mapping[str, Method] = MappingProxyType(_methods)
 """Every learning method by its id.
 
 Flat Double DQN and the rows of the paper's table of HRL-based policies, what goes beyond it, controls of other kinds,
 methods that learn one level alone, the literal readings of what the paper contradicts or leaves open, and plain
 prioritised replay.
 """
+
+
+def register_rule(rule: str, make: MakesRule) -> None:
+    """Make a rule agent known by its id, `rule-` and small letters, digits or hyphens.
+
+    Raises:
+        InputError: if the id is another word, or is taken.
+    """
+    if not re.fullmatch(r"rule-[a-z0-9][a-z0-9-]*", rule) or _rules.get(rule, make) is not make:
+        raise InputError(f"a rule cannot have the id {rule!r}; write another word that begins with 'rule-'")
+    _rules[rule] = make
+
+
+def register_method(method: Method) -> Method:
+    """Make a learned method known by its id, and return it.
+
+    Raises:
+        InputError: if the id is a rule's, or another method has it.
+    """
+    if method.id in RULES or _methods.get(method.id, method) != method:
+        raise InputError(f"there is an agent {method.id!r} already; give the method another id")
+    _methods[method.id] = method
+    return method
