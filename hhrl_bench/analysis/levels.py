@@ -19,6 +19,7 @@ from hhrl_bench.analysis.records import (
 )
 from hhrl_bench.analysis.steps import Steps
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
+from hhrl_bench.evaluation.metrics import UNSAFE
 from hhrl_envs import SUB_GOALS, Scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.arrays import Flags, Floats, Ints
@@ -28,8 +29,7 @@ Levels = dict[LevelName, Floats]
 Terms = dict[LevelName, dict[TermName, Floats]]
 
 SUB_GOAL = [rewards.TIME, rewards.TIMEOUT, rewards.SUCCESS]
-UNSAFE = [rewards.UNSAFE_SSL, rewards.UNSAFE_FFV]
-FAILURE = [rewards.NOT_STOP, rewards.COLLISION]
+FAILURE: list[int] = [getattr(rewards, goal.failure.name) for goal in SUB_GOALS]
 BIN = 10.0  # m; the width of a bin of distances
 
 
