@@ -122,8 +122,7 @@ _TRAFFIC = (
 )
 
 _methods: dict[str, Method] = {
-    method.id: method
-    for method in (*_PAPER, *_PLUS, *_CONTROLS, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY, *_TRAFFIC)
+    method.id: method for method in (*_PAPER, *_PLUS, *_CONTROLS, *_GIVEN_LEVELS, *_READINGS, *_PLAIN_REPLAY, *_TRAFFIC)
 }
 
 METHODS: Mapping[str, Method] = MappingProxyType(_methods)
