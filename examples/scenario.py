@@ -24,7 +24,7 @@ SCENARIO = replace(
 env, raw_env, parallel_env = register(SCENARIO)  # PettingZoo's constructors; it is in Gymnasium's registry now, too
 
 if __name__ == "__main__":
-    from hhrl_envs.simulation.simulator import feasible_share
+    from hhrl_envs.simulation.survey import feasible_share
 
     print(f"{SCENARIO.id}: {feasible_share(SCENARIO, 2_000):.1%} of the worlds can be solved")
     vehicle = parallel_env()

@@ -27,7 +27,7 @@ class UnknownScenarioError(InputError, KeyError):
 
 
 def require_value(holds: bool, name: str, value: object, allowed: str) -> None:
-    """Return nothing where ``holds``; else raise an ``InputError`` that names the value and what to write instead."""
+    """Raise an ``InputError`` unless ``holds``; it names the value and what to write instead."""
     if not holds:
         raise InputError(f"{name} is {value}; write {allowed}")
 

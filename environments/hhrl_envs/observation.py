@@ -1,4 +1,4 @@
-"""The 11-element state of Eq. (state), as the agents see it.
+"""The 11-element state of Eq. (state), as the agents see it; ``sub_goals`` declares its elements.
 
 | index | symbol | unit | scale | clip | meaning |
 |---|---|---|---|---|---|
@@ -21,17 +21,27 @@ back the float32 SI value exactly.
 import numpy as np
 
 from hhrl_envs.arrays import Floats32
+from hhrl_envs.sub_goals import EGO_ELEMENTS, STATE_ORDER
 
-V_E, A_E, J_E, D_F, V_F, A_F, D_FC, FC_RATIO, D_D, D_DC, DC_RATIO = range(11)
-SIZE = 11
-SYMBOLS = ("v_e", "a_e", "j_e", "d_f", "v_f", "a_f", "d_fc", "d_fc/d_fs", "d_d", "d_dc", "d_dc/d_ds")
-UNITS = ("m/s", "m/s^2", "m/s^3", "m", "m/s", "m/s^2", "m", "1", "m", "m", "1")
+ELEMENTS = EGO_ELEMENTS + tuple(element for goal in STATE_ORDER for element in goal.elements)
+"""The elements of the state in their order."""
 
-_SPEED, _ACCEL, _JERK, _DISTANCE, _RATIO = 1 / 16, 1 / 8, 1 / 64, 1 / 64, 1 / 4
-_SCALES = (_SPEED, _ACCEL, _JERK, _DISTANCE, _SPEED, _ACCEL, _DISTANCE, _RATIO, _DISTANCE, _DISTANCE, _RATIO)
-SCALES: Floats32 = np.array(_SCALES, np.float32)
+SIZE = len(ELEMENTS)
+SYMBOLS = tuple(element.symbol for element in ELEMENTS)
+UNITS = tuple(element.unit for element in ELEMENTS)
+SCALES: Floats32 = np.array([element.scale for element in ELEMENTS], np.float32)
+
+
+def place(symbol: str) -> int:
+    """Return the index of the element with a symbol, such as ``"d_f"``."""
+    return SYMBOLS.index(symbol)
+
+
+V_E, A_E, J_E = map(place, ("v_e", "a_e", "j_e"))
+D_F, V_F, A_F, D_FC, FC_RATIO = map(place, ("d_f", "v_f", "a_f", "d_fc", "d_fc/d_fs"))
+D_D, D_DC, DC_RATIO = map(place, ("d_d", "d_dc", "d_dc/d_ds"))
 
 
 def to_si(observations: Floats32) -> Floats32:
-    """Return the SI values of scaled observations, float32 of the same shape [..., 11]."""
+    """Return the SI values of scaled observations, float32 of the same shape [..., SIZE]."""
     return observations / SCALES

@@ -5,8 +5,10 @@ colours of pictures: all of them are derived from ``SUB_GOALS``. To add a sub-go
 declaration here, its kernel in ``simulation.sub_goal_kernels`` and its controller in ``hhrl_agents.rules.controllers``.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any, Literal
 
 
 class Option(IntEnum):
@@ -38,13 +40,24 @@ RUNNING, COLLISION, NOT_STOP, SUCCESS, TIMEOUT, REAR_ENDED, FOILED = (float(outc
 
 @dataclass(frozen=True)
 class Element:
-    """An element of the state: symbol, unit, scale (an observation is the SI value times it), clip and meaning."""
+    """An element of the state.
+
+    Attributes:
+        symbol, unit, meaning: what it is called, measured in and stands for.
+        scale: an observation is the SI value times it.
+        clip: the values that it is clipped to, in words.
+        noise: the kind of noise that a sensor adds to it: ``Sensor.noise_speed``, ``noise_accel`` or
+            ``noise_distance``; None for what is known exactly and for what is computed from noisy elements.
+        never_negative: whether a noisy value is clipped at 0.
+    """
 
     symbol: str
     unit: str
     scale: float
     clip: str
     meaning: str
+    noise: Literal["speed", "accel", "distance"] | None = None
+    never_negative: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,21 +68,29 @@ class SubGoal:
         option: its option; the code is its column in ``reward_option`` and ``reward_action``.
         name: the word for it on the command line and in files, such as ``"stop"``.
         title: what it asks for, such as "stop at the stop-line".
+        exists: whether a ``Scenario`` has it; where it does not, its option is masked.
         elements: the elements that it adds to the state.
         distance, critical, ratio: the symbols of three of them: its target distance d; d_c = d - d_s, where d_s is its
-            safety distance; and d_c / d_s. It is unsafe where d_c < 0, by -exp(-d_c / d_s).
-        failure: the outcome that is its failure.
-        colour: its colour in pictures, RGB.
+            safety distance; and d_c / d_s. It is unsafe where d_c < 0, by -exp(-d_c / d_s). The last two are computed
+            from other elements; all else is measured.
+        failure: the outcome that is its failure; of several in one step that with the lowest code counts.
+        failure_title, failure_colour: how pictures show this outcome.
+        target: what d reaches to, where pictures can show it on the road: "stop-line" or "front vehicle"; else None.
+        colour: its colour in pictures, RGB as that of the failure.
     """
 
     option: Option
     name: str
     title: str
+    exists: Callable[[Any], bool]
     elements: tuple[Element, ...]
     distance: str
     critical: str
     ratio: str
     failure: Outcome
+    failure_title: str
+    failure_colour: tuple[int, int, int]
+    target: Literal["stop-line", "front vehicle"] | None
     colour: tuple[int, int, int]
 
     @property
@@ -78,39 +99,59 @@ class SubGoal:
         return self.option.name
 
 
+def _has_line(scenario: Any) -> bool:
+    return len(scenario.road.lines) > 0
+
+
+def _has_traffic(scenario: Any) -> bool:
+    return bool(scenario.traffic.max_fronts > 0)
+
+
 _SPEED, _ACCEL, _JERK, _DISTANCE, _RATIO = 1 / 16, 1 / 8, 1 / 64, 1 / 64, 1 / 4
 
 EGO_ELEMENTS = (
-    Element("v_e", "m/s", _SPEED, "-", "speed of the ego"),
-    Element("a_e", "m/s^2", _ACCEL, "-", "acceleration of the ego"),
+    Element("v_e", "m/s", _SPEED, "-", "speed of the ego", noise="speed", never_negative=True),
+    Element("a_e", "m/s^2", _ACCEL, "-", "acceleration of the ego", noise="accel"),
     Element("j_e", "m/s^3", _JERK, "-", "jerk of the ego"),
 )
 """The elements of the state that belong to no sub-goal; they come first."""
+
+_TO_LINE = "distance to the active stop-line, negative past it; 100 m if there is none"
+_STOPPING_SHARE = "the same as a share of the stopping distance, floored at 0.5 m"
 
 SSL = SubGoal(
     option=Option.SSL,
     name="stop",
     title="stop at the stop-line",
+    exists=_has_line,
     elements=(
-        Element("d_d", "m", _DISTANCE, "up to 100 m", "distance to the active stop-line; 100 m if there is none"),
+        Element("d_d", "m", _DISTANCE, "up to 100 m", _TO_LINE, noise="distance"),
         Element("d_dc", "m", _DISTANCE, "-", "d_d - d_ds, with d_ds = v_e^2 / (2 a_max)"),
-        Element("d_dc/d_ds", "1", _RATIO, "[-1, 10]", "the same as a share of the stopping distance, at least 0.5 m"),
+        Element("d_dc/d_ds", "1", _RATIO, "[-1, 10]", _STOPPING_SHARE),
     ),
     distance="d_d",
     critical="d_dc",
     ratio="d_dc/d_ds",
     failure=Outcome.NOT_STOP,
+    failure_title="NOT STOPPED",
+    failure_colour=(150, 82, 122),
+    target="stop-line",
     colour=(230, 159, 0),
 )
+
+_FRONT_GAP = "free road to the front vehicle's rear bumper"
+_FRONT_SPEED = "speed of the front vehicle; the speed limit if none is in range"
+_FRONT_ACCEL = "acceleration of the front vehicle; 0 if none is in range"
 
 FFV = SubGoal(
     option=Option.FFV,
     name="follow",
     title="follow the front vehicle",
+    exists=_has_traffic,
     elements=(
-        Element("d_f", "m", _DISTANCE, "[0, sensor range]", "free road to the front vehicle's rear bumper"),
-        Element("v_f", "m/s", _SPEED, "-", "speed of the front vehicle; the speed limit if none is in range"),
-        Element("a_f", "m/s^2", _ACCEL, "-", "acceleration of the front vehicle; 0 if none is in range"),
+        Element("d_f", "m", _DISTANCE, "[0, sensor range]", _FRONT_GAP, noise="distance", never_negative=True),
+        Element("v_f", "m/s", _SPEED, "-", _FRONT_SPEED, noise="speed", never_negative=True),
+        Element("a_f", "m/s^2", _ACCEL, "-", _FRONT_ACCEL, noise="accel"),
         Element("d_fc", "m", _DISTANCE, "-", "d_f - d_fs, with d_fs = max((v_e^2 - v_f^2) / (2 a_max), d_0)"),
         Element("d_fc/d_fs", "1", _RATIO, "[-1, 10]", "the same as a share of the safety distance"),
     ),
@@ -118,6 +159,9 @@ FFV = SubGoal(
     critical="d_fc",
     ratio="d_fc/d_fs",
     failure=Outcome.COLLISION,
+    failure_title="COLLISION",
+    failure_colour=(213, 94, 0),
+    target="front vehicle",
     colour=(0, 158, 115),
 )
 

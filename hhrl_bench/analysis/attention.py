@@ -27,9 +27,7 @@ from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.errors import require_value
 from hhrl_envs.observation import SIZE, SYMBOLS, to_si
 from hhrl_envs.simulation.constants import pack
-from hhrl_envs.simulation.engine import layout as at
-from hhrl_envs.simulation.engine.compilation import kernel
-from hhrl_envs.simulation.sensing import distances
+from hhrl_envs.simulation.sensing import derive_states
 
 POINTS = 41
 FARTHEST_FRONT, FARTHEST_LINE = 60.0, 80.0  # m; where the axes of the plane end, unless the sensors see less far
@@ -140,7 +138,7 @@ def plane_states(scenario: Scenario, speeds: Speeds, d_f: Floats, d_d: Floats) -
     require_value(not wrong.size, "d_d", wrong[:1], f"at most {sensor.line_range:g} m")
     state = np.zeros((len(d_f), SIZE))
     state[:, obs.V_E], state[:, obs.V_F], state[:, obs.D_F], state[:, obs.D_D] = *speeds, d_f, d_d
-    _derive(state, pack(scenario))
+    derive_states(state, pack(scenario))
     return (state * obs.SCALES).astype(np.float32)
 
 
@@ -190,13 +188,3 @@ def _attention_by_option(
             columns = weights.T.reshape(SIZE, POINTS, POINTS).tolist()
             grids[name] = {s: tuple(map(tuple, column)) for s, column in zip(SYMBOLS, columns, strict=True)}
     return grids
-
-
-@kernel
-def _derive(state: Floats, c: Floats) -> None:
-    """Write the derived elements of the SI states, float64 [n, 11], from their base quantities."""
-    for row in range(state.shape[0]):
-        v_e, d_f, v_f, d_d = state[row, obs.V_E], state[row, obs.D_F], state[row, obs.V_F], state[row, obs.D_D]
-        d_fc, fc_ratio, d_dc, dc_ratio = distances(v_e, d_f, v_f, d_d, c[at.PER_TWICE_DECEL], c[at.SAFE_GAP])
-        state[row, obs.D_FC], state[row, obs.FC_RATIO] = d_fc, fc_ratio
-        state[row, obs.D_DC], state[row, obs.DC_RATIO] = d_dc, dc_ratio

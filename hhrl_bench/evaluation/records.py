@@ -6,7 +6,7 @@ two runs of a command (clock, machine, versions) stands in the ``provenance`` bl
 
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, GetJsonSchemaHandler, create_model, model_validator
 from pydantic.config import JsonDict
@@ -25,7 +25,6 @@ from hhrl_bench.schema import (
     Rate,
     Record,
     Sha256,
-    described,
     finite,
 )
 from hhrl_bench.statistics.intervals import Estimate, IntervalKind
@@ -55,7 +54,6 @@ class _ByMetric(Record):
     """
 
     model_config = ConfigDict(extra="allow")
-    _description: ClassVar[str] = ""
 
     @classmethod
     def _type_of(cls, metric: Metric) -> Any:
@@ -91,7 +89,7 @@ class _ByMetric(Record):
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """Return the schema with the metrics that are registered now."""
         schema = handler(_model(cls, tuple(METRICS.values())).__pydantic_core_schema__)
-        return {**handler.resolve_ref_schema(schema), "description": cls._description or cls.__doc__}
+        return {**handler.resolve_ref_schema(schema), "description": cls.__doc__}
 
 
 @cache
@@ -110,15 +108,8 @@ def _without_default(schema: JsonDict) -> None:
 
 
 class MetricsRecord(_ByMetric):
-    """The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.
+    """The metrics of a result, by key: the task's reward, the columns of Table I, how severe it got; rates in [0, 1]."""
 
-    What each is, says its declaration in :data:`hhrl_bench.evaluation.metrics.METRICS`.
-    """
-
-    _description = (  # the words of the published schema
-        "The task's reward, the nine columns of Table I, and how severe it got; rates are fractions of 1.\n\n"
-        "``impact_speed``, m/s, is that of the collisions; see :class:`hhrl_bench.episodes.EpisodeRecords`."
-    )
     __pydantic_extra__: dict[str, MetricRecord]
 
     if TYPE_CHECKING:
@@ -228,17 +219,10 @@ class OpponentRecord(Record):
 class TaskRecord(Record):
     """A task as it was played: test episode i is the world of seed ``test_start + i``.
 
-    ``golden_digest`` is that of the scenario's trajectories, see
-    :mod:`hhrl_envs.simulation.trajectory_digest`; the worlds of training and validation begin at ``train_start`` and
-    ``validation_start``. ``shared``: one policy drove all vehicles, and success means that all have succeeded.
+    ``golden_digest`` is that of the scenario's trajectories; the worlds of training and validation begin at
+    ``train_start`` and ``validation_start``. ``shared``: one policy drove all vehicles, and success means that all have
+    succeeded.
     """
-
-    model_config = described(
-        "A task as it was played: test episode i is the world of seed ``test_start + i``.\n\n"
-        "``golden_digest`` is that of the scenario's trajectories, see :mod:`hhrl_envs.golden`; the worlds of training "
-        "and\nvalidation begin at ``train_start`` and ``validation_start``. ``shared``: one policy drove all vehicles, "
-        "and\nsuccess means that all have succeeded."
-    )
 
     id: Name
     scenario: Name

@@ -42,7 +42,7 @@ from hhrl_bench.statistics.intervals import (
 from hhrl_bench.tasks.tasks import Task
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Floats
-from hhrl_envs.simulation.trajectory_digest import trajectory_digest
+from hhrl_envs.simulation.survey import trajectory_digest
 
 Update = Callable[[int, int, str], None]
 """What a loop calls to say how much is done, of how much, and a word about it."""

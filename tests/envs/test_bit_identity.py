@@ -15,9 +15,8 @@ from hhrl_envs.scenario import profiles
 from hhrl_envs.simulation.engine import layout
 from hhrl_envs.simulation.engine import layout as layout_module
 from hhrl_envs.simulation.simulator import Simulator
-from hhrl_envs.views.gym_env import StopLineEnv
+from hhrl_envs.views.gym_env import StopLineEnv, StopLineVectorEnv
 from hhrl_envs.views.parallel_env import StopLineParallelEnv
-from hhrl_envs.views.vector_env import StopLineVectorEnv
 from support.trajectories import TrajectoryRecorder, chosen_level, digest
 
 STEPS, SEED = 200, 90

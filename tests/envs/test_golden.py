@@ -1,7 +1,7 @@
 import pytest
 
 from hhrl_envs import SCENARIOS, get_scenario
-from hhrl_envs.simulation.trajectory_digest import trajectory_digest
+from hhrl_envs.simulation.survey import trajectory_digest
 
 GOLDEN = {
     "stop-line-v0": "ffbf605cf3975248f2669a63c5a8efb2396c7dbe376bd9373e1fb424971ec2ea",

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from hhrl_envs import Adversary, InputError, Outcome, Simulator, get_scenario, triad
-from hhrl_envs.views.gym_env import StopLineEnv
+from hhrl_envs.views.gym_env import StopLineEnv, StopLineVectorEnv
 from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.views.vector_env import StopLineVectorEnv
 from hhrl_envs.worlds import platoon_v0
 from support.misuse import refused
 

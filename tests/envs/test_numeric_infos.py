@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hhrl_envs import Outcome
-from hhrl_envs.views.numeric_infos import NumericInfos
-from hhrl_envs.views.parallel_env import EGO
+from hhrl_envs.views.parallel_env import EGO, NumericInfos
 from hhrl_envs.worlds import stop_line_v0
 
 with warnings.catch_warnings():

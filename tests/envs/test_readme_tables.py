@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hhrl_envs import SCENARIOS, Goal, Outcome, Reward, Road, Scenario, Vehicle, observation
+from hhrl_envs import SCENARIOS, SUB_GOALS, Goal, Outcome, Reward, Road, Scenario, Vehicle, observation
 from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
-from hhrl_envs.simulation import rewards, sensing
+from hhrl_envs.simulation import rewards, sub_goal_kernels
 from hhrl_envs.simulation.engine import layout
-from hhrl_envs.simulation.simulator import feasible_share
+from hhrl_envs.simulation.survey import feasible_share
 from hhrl_envs.worlds.driver_families import HELD_OUT_FAMILIES, TRAIN_FAMILIES
 
 PAGE = (Path(__file__).parents[2] / "environments" / "README.md").read_text()
@@ -41,9 +41,10 @@ def test_observation_table() -> None:
     assert tuple(row[1] for row in rows) == observation.SYMBOLS
     assert tuple(row[2] for row in rows) == observation.UNITS
     assert np.array_equal([number(row[3]) for row in rows], observation.SCALES)
-    ratios = [rows[index][4] for index in (observation.FC_RATIO, observation.DC_RATIO)]
-    assert ratios == [f"[{sensing.RATIO_LOW:g}, {sensing.RATIO_HIGH:g}]"] * 2
-    assert f"floored at {sensing.MIN_STOPPING_DISTANCE:g} m" in rows[observation.DC_RATIO][5]
+    assert [(row[4], row[5]) for row in rows] == [(element.clip, element.meaning) for element in observation.ELEMENTS]
+    ratios = [rows[observation.place(goal.ratio)][4] for goal in SUB_GOALS]
+    assert ratios == [f"[{sub_goal_kernels.RATIO_LOW:g}, {sub_goal_kernels.RATIO_HIGH:g}]"] * len(SUB_GOALS)
+    assert f"floored at {sub_goal_kernels.MIN_STOPPING_DISTANCE:g} m" in rows[observation.DC_RATIO][5]
     assert f"a_max is {Vehicle().max_decel:g} m/s^2 and d_0 is {Reward().safe_gap:g} m." in PAGE
 
 
@@ -62,8 +63,10 @@ def test_action_table() -> None:
 def test_reward_table() -> None:
     _, *rows = table("What it earns")
     reward = Reward()
-    assert [row[0] for row in rows] == [str(getattr(rewards, row[1])) for row in rows]
-    assert len(rows) == layout.TERMS_SIZE
+    assert [row[0] for row in rows] == [str(column) for column in range(layout.TERMS_SIZE)]
+    assert tuple(row[1] for row in rows) == rewards.TERMS
+    failures = [(goal.failure.name, f"the failure of {goal.spelling}") for goal in SUB_GOALS]
+    assert [(rows[column][1], rows[column][3].split(", ")[1]) for column in rewards.FAILURE] == failures
     sigmas = ", ".join(f"{getattr(reward, f'sigma_{i}'):g}" for i in range(1, 5))
     assert f"sigma = ({sigmas})" in PAGE
     assert rows[rewards.UNSMOOTH][3] == f"abs(j_e) > {reward.jerk_threshold:g} m/s^3"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hhrl_envs import InputError, Road, Signal, Simulator, Traffic, get_scenario
-from hhrl_envs.simulation.simulator import feasible_share
+from hhrl_envs.simulation.survey import feasible_share
 
 MAIN = get_scenario("stop-line-v0")
 CLOSE = replace(

@@ -6,9 +6,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from hhrl_envs import SCENARIOS, Goal, Outcome, Scenario
-from hhrl_envs.views.gym_env import StopLineEnv, gym_id
+from hhrl_envs.views.gym_env import StopLineEnv, StopLineVectorEnv, gym_id
 from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.views.vector_env import StopLineVectorEnv
 from hhrl_envs.worlds import stop_line_v0
 from support.driving import random_actions
 

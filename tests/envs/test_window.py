@@ -66,9 +66,9 @@ def test_the_close_button_closes_its_window_only_and_for_good() -> None:
 
 
 def window_of(env: StopLineParallelEnv) -> Window:
-    assert env._screen is not None
-    assert env._screen._window is not None
-    return env._screen._window
+    assert env._renderer is not None
+    assert env._renderer._window is not None
+    return env._renderer._window
 
 
 def test_a_copy_has_a_window_of_its_own() -> None:
@@ -87,14 +87,14 @@ def test_a_copy_has_a_window_of_its_own() -> None:
 def test_an_episode_goes_on_without_its_window() -> None:
     env = two_stops_v0.parallel_env(render_mode="human")
     env.reset(seed=3)
-    assert env._screen is not None
-    assert env._screen._window is not None
+    assert env._renderer is not None
+    assert env._renderer._window is not None
     env.step({EGO: 0})
-    press_close(env._screen._window)
+    press_close(env._renderer._window)
     start = time.perf_counter()
     for _ in range(300):
         env.step({EGO: 0})
-    assert env._screen._window.closed
+    assert env._renderer._window.closed
     assert time.perf_counter() - start < 15.0  # three hundred shown steps would take thirty seconds
     env.close()
 
@@ -103,13 +103,13 @@ def test_every_reset_and_step_is_shown_and_render_returns_nothing() -> None:
     human, array = StopLineParallelEnv(render_mode="human"), StopLineParallelEnv(render_mode="rgb_array")
     for env in (human, array):
         env.reset(seed=3)
-    assert human._screen is not None
+    assert human._renderer is not None
     assert human.render() is None
     for action in (5, 0, 0):
-        assert human._screen._window is not None
+        assert human._renderer._window is not None
         picture = array.render()
         assert picture is not None
-        assert np.array_equal(shown(human._screen._window), picture)
+        assert np.array_equal(shown(human._renderer._window), picture)
         human.step({EGO: action})
         array.step({EGO: action})
     human.close()

@@ -1,4 +1,4 @@
-"""What a frame shows and where: header, road, vehicles, the two distances, and the read-out."""
+"""What a picture shows and where: header, road, vehicles, the two distances, and the read-out."""
 
 from math import inf, isnan
 
@@ -10,7 +10,6 @@ from hhrl_envs.rendering.canvas import (
     GREEN,
     GREY,
     INK,
-    ORANGE,
     PALE,
     PURPLE,
     VERMILLION,
@@ -21,33 +20,31 @@ from hhrl_envs.rendering.canvas import (
 )
 from hhrl_envs.rendering.snapshot import Snapshot
 from hhrl_envs.scenario.scenario import Goal
-from hhrl_envs.sub_goals import Option, Outcome
+from hhrl_envs.sub_goals import STATE_ORDER, SUB_GOALS, Option, Outcome
 
 WIDTH, HEIGHT, HEADER = 960, 240, 34
 ROAD_ROWS = slice(36, 160)
 """The rows of a picture that show the road and the distances, without header and read-out."""
 
-OPTION_NAMES = {Option.SSL: "SSL: stop at stop-line", Option.FFV: "FFV: follow front vehicle"}
-OPTION_COLOURS: dict[Option, Colour] = {Option.SSL: ORANGE, Option.FFV: GREEN}
+OPTION_COLOURS: dict[Option, Colour] = {goal.option: goal.colour for goal in SUB_GOALS}
 OUTCOME_NAMES = {
     Outcome.RUNNING: "running",
-    Outcome.COLLISION: "COLLISION",
-    Outcome.NOT_STOP: "NOT STOPPED",
     Outcome.SUCCESS: "SUCCESS",
     Outcome.TIMEOUT: "TIMEOUT",
     Outcome.REAR_ENDED: "REAR-ENDED",
     Outcome.FOILED: "FOILED",
+    **{goal.failure: goal.failure_title for goal in SUB_GOALS},
 }
 OUTCOME_COLOURS: dict[Outcome, Colour] = {
     Outcome.RUNNING: GREY,
-    Outcome.COLLISION: VERMILLION,
-    Outcome.NOT_STOP: PURPLE,
     Outcome.SUCCESS: GREEN,
     Outcome.TIMEOUT: GREY,
     Outcome.REAR_ENDED: VERMILLION,
     Outcome.FOILED: PURPLE,
+    **{goal.failure: goal.failure_colour for goal in SUB_GOALS},
 }
 
+_GOAL_OF = {goal.target: goal for goal in SUB_GOALS if goal.target is not None}
 _VIEW = 112.0  # m from the left edge to the right one
 _SCALE = WIDTH / _VIEW  # pixels a metre, along and across the road
 _LANE, _SHOULDER, _CAR = 3.8, 1.0, 1.9  # m across
@@ -106,8 +103,9 @@ def _draw_line(canvas: Canvas, snapshot: Snapshot, line: float, half: float) -> 
     x, zone = _x(snapshot, line), snapshot.scenario.road.stop_zone * _SCALE
     active = line == snapshot.line
     if active:
-        share = 0.95 if snapshot.option is Option.SSL else 0.35
-        canvas.rect(x - zone, _ROAD_Y - half + 2, zone, 2 * half - 4, mix(ORANGE, _ASPHALT, share))
+        goal = _GOAL_OF["stop-line"]
+        colour = mix(goal.colour, _ASPHALT, 0.95 if snapshot.option is goal.option else 0.35)
+        canvas.rect(x - zone, _ROAD_Y - half + 2, zone, 2 * half - 4, colour)
     canvas.rect(x, _ROAD_Y - half, 0.5 * _SCALE, 2 * half, WHITE if active else GREY)
     name = "stop-line"
     if snapshot.scenario.signal is not None:
@@ -122,8 +120,10 @@ def _draw_vehicle(canvas: Canvas, snapshot: Snapshot, slot: int) -> None:
     front = _x(snapshot, float(snapshot.vehicles[slot, 0]))
     if isnan(front) or front < 0 or front - length > WIDTH:
         return
-    if slot == 1 and snapshot.option is Option.FFV:
-        canvas.rect(front - length - 4, _ROAD_Y - _CAR / 2 * _SCALE - 4, length + 8, _CAR * _SCALE + 8, GREEN, radius=8)
+    goal = _GOAL_OF["front vehicle"]
+    if slot == 1 and snapshot.option is goal.option:
+        y, width = _ROAD_Y - _CAR / 2 * _SCALE - 4, _CAR * _SCALE + 8
+        canvas.rect(front - length - 4, y, length + 8, width, goal.colour, radius=8)
     colour = BLUE if slot == 0 else mix(BLUE, PALE, 0.45) if slot < snapshot.agents else PALE
     _draw_car(canvas, front, length, colour, braking=accel < _BRAKING)
 
@@ -156,19 +156,16 @@ def _draw_car(canvas: Canvas, front: float, length: float, colour: Colour, braki
 
 def _draw_distances(canvas: Canvas, snapshot: Snapshot) -> None:
     ego = _x(snapshot, float(snapshot.vehicles[0, 0]))
-    for y, option, name, distance in (
-        (123, Option.FFV, "d_f", snapshot.d_f),
-        (144, Option.SSL, "d_d", snapshot.d_d),
-    ):
-        selected = snapshot.option is option
-        colour = OPTION_COLOURS[option] if selected else GREY
+    for row, goal in enumerate(STATE_ORDER):
+        y, distance, selected = 123 + 21 * row, snapshot.distance(goal), snapshot.option is goal.option
+        colour = goal.colour if selected else GREY
         if distance is None or distance < 0.0:
             continue
         end = min(ego + distance * _SCALE, float(WIDTH))
         canvas.lines([(ego, y), (end, y)], colour, 2.5 if selected else 1)
         for x in (ego, end):
             canvas.lines([(x, y - 5), (x, y + 5)], colour, 2.5 if selected else 1)
-        canvas.text(ego - 8, y, f"{name}  {distance:.1f} m", 18, INK if selected else GREY, "r")
+        canvas.text(ego - 8, y, f"{goal.distance}  {distance:.1f} m", 18, INK if selected else GREY, "r")
 
 
 def _draw_read_out(canvas: Canvas, snapshot: Snapshot) -> None:
@@ -177,18 +174,19 @@ def _draw_read_out(canvas: Canvas, snapshot: Snapshot) -> None:
         ("time", f"{snapshot.time:.1f} s"),
         ("speed", f"{speed:.1f} m/s"),
         ("acceleration", f"{accel:+.1f} m/s²"),
-        ("to stop-line  d_d", _metres(snapshot.d_d)),
-        ("to front vehicle  d_f", _metres(snapshot.d_f)),
+        *((f"to {target}  {goal.distance}", _metres(snapshot.distance(goal))) for target, goal in _GOAL_OF.items()),
     )
     for column, (name, value) in enumerate(tiles):
         x = 14 + column * 125.0
         canvas.text(x, 182, name, 16, GREY)
         canvas.text(x, 208, value, 28)
-    for row, option in enumerate(option for option in Option if snapshot.scenario.option_mask[option]):
-        selected = snapshot.option is option
-        colour = OPTION_COLOURS[option] if selected else PALE
-        canvas.rect(WIDTH - 240, 172 + 31 * row, 226, 26, colour, radius=13)
-        canvas.text(WIDTH - 127, 185 + 31 * row, OPTION_NAMES[option], 19, INK if selected else GREY, "c")
+    offered = [goal for goal, exists in zip(SUB_GOALS, snapshot.scenario.option_mask, strict=True) if exists]
+    pitch = 62 / max(len(offered), 2)
+    for row, goal in enumerate(offered):
+        y, selected = 172 + pitch * row, snapshot.option is goal.option
+        canvas.rect(WIDTH - 240, y, 226, pitch - 5, goal.colour if selected else PALE, radius=(pitch - 5) / 2)
+        words = f"{goal.spelling}: {goal.title.replace('the ', '')}"
+        canvas.text(WIDTH - 127, y + (pitch - 5) / 2, words, 19, INK if selected else GREY, "c")
 
 
 def _metres(distance: float | None) -> str:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.engine.layout import FAR
 from hhrl_envs.simulation.simulator import Simulator
-from hhrl_envs.sub_goals import Option, Outcome
+from hhrl_envs.sub_goals import Option, Outcome, SubGoal
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,10 @@ class Snapshot:
     outcome: Outcome
     option: Option | None
     agents: int = 1
+
+    def distance(self, goal: SubGoal) -> float | None:
+        """Return the distance from the ego to what a sub-goal's target is on the road; None where there is none."""
+        return {"stop-line": self.d_d, "front vehicle": self.d_f, None: None}[goal.target]
 
     @property
     def d_d(self) -> float | None:

@@ -31,7 +31,7 @@ from hhrl_envs.scenario.validation import (
     shares,
     text,
 )
-from hhrl_envs.sub_goals import Option
+from hhrl_envs.sub_goals import SUB_GOALS
 
 GRAVITY = 9.81  # m/s^2
 WALKING_PACE = 1.4  # m/s; the speed at which a feasible episode leaves time to reach the freed stop zone
@@ -327,7 +327,7 @@ class Scenario:
         agree(self, enough, "horizon", "dt", write=f"{steps}; or feasible_only=False")
 
     def require_fronts(self, learned: int) -> None:
-        """Return nothing; raises ``InputError`` if the scenario cannot have that many learned front vehicles."""
+        """Raise an ``InputError`` if the scenario cannot have that many learned front vehicles."""
         most, allowed = self.traffic.max_fronts, f"for scenario {self.id!r}"
         if self.goal == Goal.FOLLOW or most == 0:
             lack = "goal FOLLOW has no place for learned ones" if most else "its traffic has no front vehicles"
@@ -347,9 +347,9 @@ class Scenario:
         return self.traffic.max_fronts + 1
 
     @property
-    def option_mask(self) -> tuple[bool, bool]:
-        """Which of the global options exist here: SSL where there is a line, FFV where there is traffic."""
-        return (len(self.road.lines) > 0, self.traffic.max_fronts > 0)
+    def option_mask(self) -> tuple[bool, ...]:
+        """Which of the sub-goals exist here: SSL where there is a line, FFV where there is traffic."""
+        return tuple(goal.exists(self) for goal in SUB_GOALS)
 
     @property
     def plain(self) -> bool:
@@ -366,7 +366,7 @@ class Scenario:
         """The SHA-256 of what an agent sees and answers: observation, option and action sets."""
         sets = {
             "observation": [observation.SYMBOLS, observation.SCALES.tolist()],
-            "options": [option.name for option in Option],
+            "options": [goal.spelling for goal in SUB_GOALS],
             "levels": self.vehicle.levels,
         }
         return _digest(sets)

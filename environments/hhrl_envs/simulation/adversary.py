@@ -1,10 +1,10 @@
-"""TODO."""
+"""Front vehicles that are trained to make the ego fail: their limits, their outcomes and their rewards."""
 
 from hhrl_envs.arrays import Floats
 from hhrl_envs.simulation.engine import layout as at
-from hhrl_envs.simulation.engine.compilation import inner
+from hhrl_envs.simulation.engine.compilation import inner, unsigned
 from hhrl_envs.simulation.engine.layout import FAR
-from hhrl_envs.sub_goals import COLLISION, FOILED, NOT_STOP, RUNNING, SUCCESS, TIMEOUT
+from hhrl_envs.sub_goals import COLLISION, FOILED, RUNNING, SUCCESS
 
 
 @inner
@@ -36,7 +36,7 @@ def judge_adversary(m: Floats, ego: int, r: int, c: Floats, lanes: int) -> None:
         return
     for i in range(lanes):
         fresh, own = m[ego + at.FRESH + i], m[s + at.FRESH + i]
-        failed = (fresh == COLLISION) | (fresh == NOT_STOP) | (fresh == TIMEOUT)
+        failed = (fresh != RUNNING) & (fresh != SUCCESS)
         ending = SUCCESS if failed & (m[r + at.FEASIBLE + i] != 0.0) else FOILED
         outcome = COLLISION if own == COLLISION else (RUNNING if fresh == RUNNING else ending)
         live = m[s + at.LIVE + i] != 0.0
@@ -59,9 +59,15 @@ def reward_adversary(m: Floats, ego: int, c: Floats, lanes: int) -> None:
         fresh = m[s + at.FRESH + i]
         lost = (fresh == FOILED) | (fresh == COLLISION)
         success = c[at.SIGMA_4] if fresh == SUCCESS else (-c[at.SIGMA_4] if lost else 0.0)
-        m[s + at.UNSAFE_SSL + i], m[s + at.UNSAFE_FFV + i], m[s + at.SUCCESS + i] = 0.0, 0.0, success
+        m[s + at.SUCCESS + i] = success
         sr = m[s + at.TIME + i] + success
-        task = sr + m[s + at.UNSMOOTH + i] + m[s + at.COLLISION + i]
+        task = sr + m[s + at.UNSMOOTH + i]
+        for k in range(at.GOALS):
+            field = unsigned(k * at.STRIDE) + i
+            m[s + at.UNSAFE[0] + field] = 0.0
+            task += m[s + at.FAILURES[0] + field]
         m[s + at.TASK + i] = task
-        m[s + at.OPTION_SSL + i], m[s + at.OPTION_FFV + i] = sr, sr
-        m[s + at.ACTION_SSL + i], m[s + at.ACTION_FFV + i] = task, task
+        for k in range(at.GOALS):
+            field = unsigned(k * at.STRIDE) + i
+            m[s + at.OPTION[0] + field] = sr
+            m[s + at.ACTION[0] + field] = task

@@ -147,7 +147,7 @@ def draw_world(m: Floats, s: int, r: int, world: np.uint64, episode: np.uint64, 
     """Draw the world of one row and return its number of front vehicles.
 
     ``s`` and ``r`` are the records of its ego and of its block's rows, plus its lane; ``world`` is the key of seed,
-    episode and attempt. For ``special`` see ``advancing.advance_rows``.
+    episode and attempt. For ``special`` see ``step.advance_rows``.
     """
     draw, fronts, most = unit(stream(world, episode, EGO, COUNT), FIRST), int(c[at.AGENTS]) - 1, int(c[at.SLOTS]) - 2
     fewer = c[at.COUNTS + fronts - 1] if fronts > 0 else 0.0

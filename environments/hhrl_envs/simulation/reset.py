@@ -1,7 +1,7 @@
-"""The beginning of episodes: draw a world, decide its feasibility, show its first observation.
+"""Reset of rows: draw the world of the next episode and decide whether it is feasible.
 
-A row's STATUS says how far its beginning is: nothing is due, the next episode is WAITING, its world is to be DRAWN,
-its feasibility is OPEN because the cheap bounds do not decide it, or it is DECIDED.
+A row's STATUS says how far its reset is: it has BEGUN and nothing is due, its next episode is WAITING, its world is
+TO_DRAW, its feasibility is OPEN because the cheap bounds do not decide it, or it is DECIDED.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from hhrl_envs.simulation.engine.layout import BEGUN, DECIDED, EPISODE, OPEN, SE
 from hhrl_envs.simulation.engine.random_streams import stream
 from hhrl_envs.simulation.feasibility import begin_shadow, surely_clears, surely_survives, verdict
 from hhrl_envs.simulation.initial_state import draw_world
-from hhrl_envs.simulation.stop_lines import switch_lines
+from hhrl_envs.simulation.outcomes import switch_lines
 from hhrl_envs.simulation.traffic import drive_traffic
 from hhrl_envs.sub_goals import RUNNING
 
@@ -40,7 +40,7 @@ def begin_agents(m: Floats, s: int, r: int, c: Floats) -> None:
 
 @spliced
 def begin(m: Floats, s: int, r: int, keys: Keys, first: int, c: Floats, special: bool | None, lanes: int) -> int:
-    """Go on with the episodes that are due in a block, whose rows begin at ``first``, and return how many are OPEN."""
+    """Reset the rows that are due in a block, whose rows begin at ``first``, and return how many are OPEN."""
     still_open = 0
     i = next_due(m, r, unsigned(0), lanes) if some_due(m, r, lanes) else lanes
     while i < lanes:
@@ -69,7 +69,7 @@ def next_due(m: Floats, r: int, lane: int, lanes: int) -> int:
 
 @spliced
 def begin_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, special: bool | None) -> None:
-    """Go on with the beginning of one row, whose records plus its lane are ``s`` and ``r``, as far as it can be."""
+    """Reset one row, whose records plus its lane are ``s`` and ``r``, as far as it can be."""
     if m[r + at.STATUS] == WAITING:
         keys[EPISODE, row] += np.uint64(1)
         m[r + at.ATTEMPT] = 0.0

@@ -1,93 +1,81 @@
-"""What an agent can measure: the base quantities of the state, and Eq. (dis) computed from them."""
+"""What an agent measures, and how its sensors distort that."""
+
+import numpy as np
 
 from hhrl_envs.arrays import Floats, Floats32, Keys
-from hhrl_envs.observation import _SCALES
+from hhrl_envs.observation import ELEMENTS, SCALES, SYMBOLS
 from hhrl_envs.simulation.engine import layout as at
-from hhrl_envs.simulation.engine.compilation import inner, kernel, unsigned
+from hhrl_envs.simulation.engine.compilation import in_turn, inner, kernel, spliced, unsigned
 from hhrl_envs.simulation.engine.layout import locate_row
 from hhrl_envs.simulation.engine.random_streams import normal, stream
+from hhrl_envs.simulation.sub_goal_kernels import KERNELS
+from hhrl_envs.sub_goals import SUB_GOALS
 
-MIN_STOPPING_DISTANCE = 0.5  # m; floor of d_ds where it is a denominator
-RATIO_LOW, RATIO_HIGH = -1.0, 10.0
 NOISE = 7  # purpose of the noise streams
-# Among the measured quantities: those that the others derive from, and those that share a kind of noise or a sign.
-BASE = (0, 1, 2, 3, 4, 5, 8)
-SPEEDS, ACCELERATIONS, DISTANCES, POSITIVE = (0, 4), (1, 5), (3, 8), (0, 3, 4)
+EXACT = -1
+_DERIVED = {symbol for goal in SUB_GOALS for symbol in (goal.critical, goal.ratio)}
+_NOISE = {None: EXACT, "speed": at.NOISE_SPEED, "accel": at.NOISE_ACCEL, "distance": at.NOISE_DISTANCE}
+# The elements that sensors measure, a channel each: its index in the state, which of the scenario's numbers is the
+# standard deviation of its noise (or EXACT), and whether it is never negative.
+CHANNELS = tuple(index for index, symbol in enumerate(SYMBOLS) if symbol not in _DERIVED)
+NOISE_OF = tuple(_NOISE[ELEMENTS[index].noise] for index in CHANNELS)
+NEVER_NEGATIVE = tuple(ELEMENTS[index].never_negative for index in CHANNELS)
 
 
 @inner
-def distances(
-    v_e: float, d_f: float, v_f: float, d_d: float, per_twice_decel: float, safe_gap: float
-) -> tuple[float, float, float, float]:
-    """Return d_fc, d_fc/d_fs, d_dc and d_dc/d_ds, the ratios clipped to [-1, 10]: Eq. (dis)."""
-    d_fs = max((v_e * v_e - v_f * v_f) * per_twice_decel, safe_gap)
-    d_fc = d_f - d_fs
-    d_ds = v_e * v_e * per_twice_decel
-    d_dc = d_d - d_ds
-    fc_ratio = min(max(d_fc / d_fs, RATIO_LOW), RATIO_HIGH)
-    return d_fc, fc_ratio, d_dc, min(max(d_dc / max(d_ds, MIN_STOPPING_DISTANCE), RATIO_LOW), RATIO_HIGH)
-
-
-@inner
-def measure(m: Floats, s: int, c: Floats, lanes: int) -> None:
-    """Write what the agents of record ``s`` measure, truthfully; what is out of range shows as an empty road."""
-    length, reach, limit = c[at.LENGTH], c[at.FRONT_RANGE], c[at.SPEED_LIMIT]
-    line_range, leader = c[at.LINE_RANGE], s + at.VEHICLE
-    per_twice_decel, safe_gap = c[at.PER_TWICE_DECEL], c[at.SAFE_GAP]
+def measure_ego(m: Floats, s: int, lanes: int) -> None:
+    """Write the elements of the state that belong to no sub-goal."""
     for i in range(lanes):
-        x, v_e = m[s + at.POSITION + i], m[s + at.SPEED + i]
-        ahead, v_f, a_f = m[leader + at.POSITION + i] - length - x, m[leader + at.SPEED + i], m[leader + at.ACCEL + i]
-        seen = ahead <= reach
-        d_f, v_f, a_f = min(max(ahead, 0.0), reach), v_f if seen else limit, a_f if seen else 0.0
-        d_d = min(m[s + at.LINE + i] - x, line_range)
-        d_fc, fc_ratio, d_dc, dc_ratio = distances(v_e, d_f, v_f, d_d, per_twice_decel, safe_gap)
-        m[s + at.V_E + i] = v_e
-        m[s + at.A_E + i] = m[s + at.ACCEL + i]
-        m[s + at.J_E + i] = m[s + at.JERK + i]
-        m[s + at.D_F + i] = d_f
-        m[s + at.V_F + i] = v_f
-        m[s + at.A_F + i] = a_f
-        m[s + at.D_D + i] = d_d
-        m[s + at.D_FC + i] = d_fc
-        m[s + at.FC_RATIO + i] = fc_ratio
-        m[s + at.D_DC + i] = d_dc
-        m[s + at.DC_RATIO + i] = dc_ratio
+        speed, accel, jerk = m[s + at.SPEED + i], m[s + at.ACCEL + i], m[s + at.JERK + i]
+        m[s + at.V_E + i] = speed
+        m[s + at.A_E + i] = accel
+        m[s + at.J_E + i] = jerk
 
 
-@inner
-def noise_scale(quantity: int, c: Floats) -> float:
-    """Return the standard deviation of the noise on one base quantity; an agent knows its own jerk exactly."""
-    if quantity in SPEEDS:
-        return float(c[at.NOISE_SPEED])
-    if quantity in ACCELERATIONS:
-        return float(c[at.NOISE_ACCEL])
-    if quantity in DISTANCES:
-        return float(c[at.NOISE_DISTANCE])
-    return 0.0
+measure_sub_goals = in_turn(kernels.measure for kernels in KERNELS)
+derive = in_turn(kernels.derive for kernels in KERNELS)
+
+
+@spliced
+def measure(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Write what the agents of record ``s`` measure, truthfully, and all other elements of the state."""
+    measure_ego(m, s, lanes)
+    measure_sub_goals(m, s, c, lanes)
 
 
 @inner
 def blur(m: Floats, s: int, history: Floats, keys: Keys, agent: int, step: int, row: int, c: Floats) -> None:
-    """Replace the base quantities of one agent by delayed and noisy ones, and derive the others from them.
+    """Replace what one agent measures by delayed and noisy values, and derive the other elements from them.
 
     ``s`` is the agent's record plus its lane. ``history``, float64 [delay + 1, channel, agent, row], is a ring of
-    the last base quantities; before there are enough, the first ones are shown. Noise is keyed by (seed, episode,
+    the last measurements; before there are enough, the first ones are shown. Noise is keyed by (seed, episode,
     agent, step, channel), so it does not depend on the batch.
     """
     size = history.shape[0]
     shown = max(step - (size - 1), 0) % size
     key = stream(keys[0, row], keys[1, row], unsigned(agent), unsigned(NOISE + step))
-    for channel in range(len(BASE)):
-        quantity = BASE[channel]
-        place = s + at.MEASURED + unsigned(quantity * at.STRIDE)
+    for channel in range(len(CHANNELS)):
+        place = s + at.MEASURED[CHANNELS[channel]]
         history[step % size, channel, agent, row] = m[place]
-        value = history[shown, channel, agent, row] + noise_scale(quantity, c) * normal(key, channel)
-        m[place] = max(value, 0.0) if quantity in POSITIVE else value
-    d_fc, fc_ratio, d_dc, dc_ratio = distances(
-        m[s + at.V_E], m[s + at.D_F], m[s + at.V_F], m[s + at.D_D], c[at.PER_TWICE_DECEL], c[at.SAFE_GAP]
-    )
-    m[s + at.D_FC], m[s + at.FC_RATIO] = d_fc, fc_ratio
-    m[s + at.D_DC], m[s + at.DC_RATIO] = d_dc, dc_ratio
+        deviation = 0.0 if NOISE_OF[channel] == EXACT else c[NOISE_OF[channel]]
+        value = history[shown, channel, agent, row] + deviation * normal(key, channel)
+        m[place] = max(value, 0.0) if NEVER_NEGATIVE[channel] else value
+    derive(m, s, c)
+
+
+@kernel
+def derive_states(states: Floats, c: Floats) -> None:
+    """Compute the elements of SI states, float64 [n, SIZE], that are not measured anew from those that are.
+
+    ``c`` are the numbers of a scenario, see ``constants.pack``.
+    """
+    m = np.empty(at.VEHICLE)
+    for row in range(states.shape[0]):
+        for index in range(states.shape[1]):
+            m[at.MEASURED[index]] = states[row, index]
+        derive(m, unsigned(0), c)
+        for index in range(states.shape[1]):
+            states[row, index] = m[at.MEASURED[index]]
 
 
 @kernel
@@ -110,8 +98,8 @@ def blur_rows(
 
 @inner
 def observe(m: Floats, s: int, out: Floats32, agent: int, first: int, lanes: int) -> None:
-    """Write the observations of the agents of record ``s`` to ``out``, float32 [11, agent, row], from row ``first``."""
+    """Write the observations of the agents of record ``s`` to ``out``, float32 [SIZE, agent, row], row ``first`` on."""
     for index in range(out.shape[0]):
-        measured, scale = s + at.MEASURED + unsigned(index * at.STRIDE), _SCALES[index]
+        measured, scale = s + at.MEASURED[0] + unsigned(index * at.STRIDE), SCALES[index]
         for i in range(lanes):
             out[index, agent, first + i] = m[measured + i] * scale

@@ -6,7 +6,6 @@ whoever else is in it.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -21,11 +20,19 @@ from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.scenario.validation import is_integer
 from hhrl_envs.simulation.constants import pack
 from hhrl_envs.simulation.engine import layout as at
-from hhrl_envs.simulation.engine.layout import BEGUN, EPISODE, SEED, WAITING
-from hhrl_envs.simulation.engine.memory import Frame, Frames, Memory, count_fields
+from hhrl_envs.simulation.engine.layout import (
+    ACTION_RESULTS,
+    BEGUN,
+    EPISODE,
+    OPTION_RESULTS,
+    SEED,
+    WAITING,
+    count_fields,
+)
+from hhrl_envs.simulation.engine.memory import Frame, Frames, Memory
 from hhrl_envs.simulation.engine.thread_pool import Workers
 from hhrl_envs.simulation.reset import decide_rows
-from hhrl_envs.simulation.sensing import BASE, blur_rows
+from hhrl_envs.simulation.sensing import CHANNELS, blur_rows
 from hhrl_envs.simulation.step import BACKWARDS, BEGIN, MOVE_AND_SHOW, SHOW, advance_rows, aim
 from hhrl_envs.state import State, count, read, read_count
 from hhrl_envs.sub_goals import RUNNING
@@ -38,11 +45,12 @@ class Results(NamedTuple):
     """What one agent gets from a step, for all B rows.
 
     Attributes:
-        observations: scaled observations, float32 [B, 11]; see ``hhrl_envs.observation``.
+        observations: scaled observations, float32 [B, SIZE]; see ``hhrl_envs.observation``.
         rewards: r^task, float64 [B].
-        reward_option, reward_action: r^option and r^action if option k is the selected one, float64 [B, 2].
+        reward_option, reward_action: r^option and r^action if option k is the selected one, float64 [B, K] for K
+            sub-goals.
         outcomes: ``Outcome`` codes, int8 [B].
-        terms: signed reward terms, float64 [B, 8]; see ``hhrl_envs.simulation.rewards``.
+        terms: signed reward terms, float64 [B, 4 + 2 K]; see ``hhrl_envs.simulation.rewards``.
     """
 
     observations: Floats32
@@ -73,7 +81,7 @@ class Simulator:
         self._shape = (num_rows,) if self.num_agents == 1 else (num_rows, self.num_agents)
         self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
         self._frames = Frames(self.num_agents, num_rows)
-        self._history = np.zeros((scenario.sensor.delay + 1, len(BASE), self.num_agents, num_rows))
+        self._history = np.zeros((scenario.sensor.delay + 1, len(CHANNELS), self.num_agents, num_rows))
         self._workers = Workers(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = [(0, self._blocks)] if threads == 1 else _pieces(self._blocks, threads)
@@ -82,13 +90,13 @@ class Simulator:
 
     @property
     def observations(self) -> Floats32:
-        """Scaled observations, float32 [B, 11]; see ``hhrl_envs.observation``."""
+        """Scaled observations, float32 [B, SIZE]; see ``hhrl_envs.observation``."""
         self._require_reset()
         return self.frame.observations
 
     @property
     def terms(self) -> Floats:
-        """Signed reward terms, float64 [B, 8]; see ``hhrl_envs.simulation.rewards``."""
+        """Signed reward terms, float64 [B, 4 + 2 K]; see ``hhrl_envs.simulation.rewards``."""
         self._require_reset()
         return self._memory.of_agent(0, at.TERMS, at.TERMS_SIZE)
 
@@ -100,13 +108,13 @@ class Simulator:
 
     @property
     def reward_option(self) -> Floats:
-        """r^option if option k is the selected one, float64 [B, 2]."""
+        """r^option if option k is the selected one, float64 [B, K] for K sub-goals."""
         self._require_reset()
         return self.frame.reward_option
 
     @property
     def reward_action(self) -> Floats:
-        """r^action if option k is the selected one, float64 [B, 2]."""
+        """r^action if option k is the selected one, float64 [B, K] for K sub-goals."""
         self._require_reset()
         return self.frame.reward_action
 
@@ -146,7 +154,8 @@ class Simulator:
         frame = self.frame
         results, outcomes = frame.all_results[:, agent], frame.all_codes[0, agent]
         terms = self._memory.of_agent(agent, at.TERMS, at.TERMS_SIZE)
-        return Results(frame.all_observations[:, agent].T, results[0], results[1:3].T, results[3:5].T, outcomes, terms)
+        option, action = results[OPTION_RESULTS].T, results[ACTION_RESULTS].T
+        return Results(frame.all_observations[:, agent].T, results[0], option, action, outcomes, terms)
 
     def ahead(self, agent: int) -> tuple[Floats, Floats]:
         """Return the free road [m] to the vehicle ahead of an agent, and how fast it closes [m/s], float64 [B] each.
@@ -277,7 +286,7 @@ class Simulator:
         raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
 
     def _run(self, parts: int) -> None:
-        """Do these parts of a step; see ``advancing``."""
+        """Do these parts of a step; see ``step``."""
         numbers, c, keys, special = self._numbers, self._constants, self._keys, self._special
         frame = self.frame
         observations, results, codes = frame.all_observations, frame.all_results, frame.all_codes
@@ -326,7 +335,7 @@ class Simulator:
 def _pieces(blocks: int, threads: int) -> list[tuple[int, int]]:
     """Return the pieces of the blocks, low and high each: large at both ends, small where the threads meet.
 
-    The caller takes from the first on, the others from the last on; see ``workers``.
+    The caller takes from the first on, the others from the last on; see ``engine.thread_pool``.
     """
     caller, others = [*_SHARES], [share for share in reversed(_SHARES) for _ in range(threads - 1)]
     edges = np.rint(np.cumsum([0.0, *caller, *others]) * (blocks / threads)).astype(int).tolist()
@@ -356,13 +365,3 @@ def describe(profile: list[float], families: tuple[ProfileFamily, ...]) -> dict[
     """Return a profile, the fields from PROFILE on, as a readable dict: family, stop style, every parameter."""
     style, family = (int(number) for number in profile[len(PARAMETERS) : len(PARAMETERS) + 2])
     return {"family": families[family].name, "style": STYLES[style], **dict(zip(PARAMETERS, profile, strict=False))}
-
-
-def feasible_share(scenario: Scenario | str, worlds: int = 10_000) -> float:
-    """Return the share of drawn worlds in which some ego can succeed, of seeds 0, 1, 2, ...
-
-    Scenarios with ``feasible_only`` reject the others at reset; here they count. Front vehicles are scripted.
-    """
-    simulator = Simulator(replace(as_scenario(scenario), feasible_only=False), as_count(worlds, "worlds"))
-    simulator.reset(np.arange(worlds))
-    return float(simulator.feasible.mean())

@@ -7,13 +7,11 @@ from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced, unsigned
 from hhrl_envs.simulation.engine.layout import WAITING, locate
 from hhrl_envs.simulation.feasibility import drive_shadow
-from hhrl_envs.simulation.learned_fronts import drive_front
-from hhrl_envs.simulation.outcomes import judge, keep_band
+from hhrl_envs.simulation.outcomes import judge, keep_band, switch_lines
 from hhrl_envs.simulation.reset import begin
 from hhrl_envs.simulation.rewards import reward
 from hhrl_envs.simulation.sensing import measure, observe
-from hhrl_envs.simulation.stop_lines import switch_lines
-from hhrl_envs.simulation.traffic import drive_traffic
+from hhrl_envs.simulation.traffic import drive_front, drive_traffic
 from hhrl_envs.sub_goals import RUNNING, TIMEOUT
 
 
@@ -138,10 +136,10 @@ def advance_rows(
 ) -> int:  # fmt: skip
     """Do the ``parts`` of a step for the blocks from low to high and return how many agents have ended.
 
-    It is -1 if rows cannot begin yet, because their worlds are OPEN; see ``beginning``.
+    It is -1 if rows cannot begin yet, because their worlds are OPEN; see ``reset``.
 
-    MOVE is one step of all rows, BEGIN the beginning of the episodes that are due, SHOW fills ``observations``, float32
-    [11, agent, row], ``results``, float64 [RESULTS_SIZE, agent, row], and ``codes``, int8 [3, agent, row]: the outcome,
+    MOVE is one step of all rows, BEGIN begins the episodes that are due, SHOW fills ``observations``, float32 [SIZE,
+    agent, row], ``results``, float64 [RESULTS_SIZE, agent, row], and ``codes``, int8 [3, agent, row]: the outcome,
     whether it terminated the episode, whether it truncated it. To SHOW a step again changes nothing.
 
     ``keys``, uint64 [2, row], are seed and episode of the rows. ``special`` is None for an ego alone that has to stop

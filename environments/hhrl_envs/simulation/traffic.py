@@ -1,4 +1,4 @@
-"""Scripted front vehicles: IDM car following plus the behaviour at a stop-line.
+"""Front vehicles: scripted ones, which are IDM car following plus the behaviour at a stop-line, and learned ones.
 
 A vehicle approaches its active line; once stopping there would take ``line_decel`` it brakes with exactly the
 deceleration that is needed; having stopped it dwells, then it leaves. A rolling vehicle brakes down to ``line_speed``
@@ -6,14 +6,19 @@ and leaves without a halt; one that runs lines never has one. When its rear has 
 active. A vehicle that stands because of its leader starts only after its start delay, once there is room. Whatever a
 profile asks for, a safe-speed bound in the manner of Krauss (1998) keeps every follower able to stop behind its
 leader, so that scripted vehicles never overlap.
+
+A learned front vehicle is driven by an agent until its episode ends, and by nobody or a script afterwards.
 """
 
 from math import sqrt
 
 from hhrl_envs.arrays import Floats
+from hhrl_envs.scenario.scenario import STOP
+from hhrl_envs.simulation.dynamics import drive_agent
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, spliced, unsigned
 from hhrl_envs.simulation.engine.layout import APPROACHING, BRAKING, DWELLING, FAR, LEAVING
+from hhrl_envs.sub_goals import NOT_STOP, SUCCESS
 
 HARDEST_DECEL = 9.0  # m/s^2; what a scripted vehicle brakes with at most on a dry road
 GUARD_MARGIN = 0.5  # m; what the safe-speed bound keeps free
@@ -137,3 +142,46 @@ def drive_traffic(m: Floats, s: int, c: Floats, lanes: int) -> None:
     slots, agents = unsigned(c[at.SLOTS]), unsigned(c[at.AGENTS])
     for behind in range(slots - unsigned(1) - agents):
         drive_slot(m, s + (slots - unsigned(2) - behind) * at.VEHICLE, c, lanes)
+
+
+@inner
+def drive_front(m: Floats, s: int, c: Floats, lanes: int) -> None:
+    """Advance the learned front vehicles of record ``s`` by one step.
+
+    One that has succeeded or run the line is handed over to the scripted profile drawn for it. One that collided or was
+    struck brakes fully, and the wreck stays.
+    """
+    one = unsigned(1)
+    for i in range(lanes):
+        outcome = m[s + at.OUTCOME + i]
+        if (outcome == SUCCESS) | (outcome == NOT_STOP):
+            if m[s + at.FRESH + i] == outcome:
+                hand_over(m, s + i, c)
+            drive_on(m, s + i, c)
+        else:
+            drive_agent(m, s + i, c, one)
+
+
+@inner
+def hand_over(m: Floats, s: int, c: Floats) -> None:
+    """Let the vehicle ``s``, a record plus a lane, dwell from now on where it has come to a stand, else drive on."""
+    stopped = (c[at.GOAL] == STOP) & (m[s + at.SPEED] < c[at.STOP_SPEED])
+    m[s + at.PHASE] = DWELLING if stopped else LEAVING
+    m[s + at.SPEED] = 0.0 if stopped else m[s + at.SPEED]
+    m[s + at.STANDING] = 0.0
+
+
+@inner
+def drive_on(m: Floats, s: int, c: Floats) -> None:
+    """Advance the vehicle ``s``, a record plus a lane, by one scripted step, with a scripted vehicle's brakes.
+
+    It may have been handed over too fast and too near to its leader for any brakes. Then it runs into it: the bound on
+    its speed, which assumes that it has always kept its distance, would stop it dead.
+    """
+    x, v = m[s + at.POSITION], m[s + at.SPEED]
+    drive_slot(m, s, c, unsigned(1))
+    slowest = v - min(HARDEST_DECEL, c[at.GRIP]) * c[at.DT]
+    if m[s + at.SPEED] < slowest:
+        m[s + at.POSITION] = x + 0.5 * (v + slowest) * c[at.DT]
+        m[s + at.ACCEL] = (slowest - v) * c[at.PER_DT]
+        m[s + at.SPEED] = slowest

@@ -6,15 +6,16 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo.utils.env import ParallelEnv
+from pettingzoo.utils.wrappers import BaseParallelWrapper
 
 from hhrl_envs.errors import InputError
 from hhrl_envs.rendering.renderer import Renderer
 from hhrl_envs.scenario.registry import as_learned_fronts, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
+from hhrl_envs.simulation.engine.layout import ACTION_RESULTS, OPTION_RESULTS
 from hhrl_envs.simulation.simulator import Simulator
-from hhrl_envs.sub_goals import TIMEOUT, Outcome
-from hhrl_envs.views.actions import driver
-from hhrl_envs.views.arguments import RENDER_MODES, as_agent, as_option, as_render_mode, as_seed, bad_agents
+from hhrl_envs.sub_goals import SUB_GOALS, TIMEOUT, Outcome
+from hhrl_envs.views.arguments import RENDER_MODES, as_agent, as_option, as_render_mode, as_seed, bad_agents, driver
 from hhrl_envs.views.spaces import Info, observation_space, reset_info, state_space
 
 EGO = "ego"
@@ -23,6 +24,11 @@ Observations = dict[str, NDArray[np.float32]]
 Step = tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]
 
 _OUTCOMES = list(Outcome)
+_AT_RESET: Info = {
+    "reward_option": np.zeros(len(SUB_GOALS)),
+    "reward_action": np.zeros(len(SUB_GOALS)),
+    "outcome": int(Outcome.RUNNING),
+}
 
 
 class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
@@ -30,9 +36,9 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
 
     Its agents are the ``ego`` and ``learned_fronts`` front vehicles, ``front_1`` being the nearest to it; None stands
     for the scenario's own number, which is 0 but for the scenarios that are made for it. They leave one by one. With
-    ``continuous_actions`` an action is a number in [-1, 1] instead of a level; see ``hhrl_envs.views.actions``.
+    ``continuous_actions`` an action is a number in [-1, 1] instead of a level; see ``hhrl_envs.views.arguments``.
 
-    ``rewards`` are r^task; ``infos[agent]`` carries ``reward_option`` and ``reward_action``, float64 [2] each, one
+    ``rewards`` are r^task; ``infos[agent]`` carries ``reward_option`` and ``reward_action``, float64 [K] each, one
     entry an option, and ``outcome`` on the last step. At reset it carries the drawn profiles and whether the episode is
     ``feasible``; with learned front vehicles that is known when the ego's episode ends. ``reset(seed=s)`` starts
     episode 0 of seed s, ``reset()`` the next episode of the same seed. ``render_mode="human"`` shows every step in a
@@ -127,7 +133,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             self._renderer.option = selected
 
     def state(self) -> NDArray[np.float32]:
-        """Return the global state: the observations of all possible agents one after another, float32 [11 * agents].
+        """Return the global state: the observations of all possible agents one after another, float32 [SIZE * agents].
 
         Raises:
             InputError: before the first reset.
@@ -155,8 +161,8 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             self._own[agent] = (
                 frame.all_observations[own],
                 results,
-                results[1:3],
-                results[3:5],
+                results[OPTION_RESULTS],
+                results[ACTION_RESULTS],
                 frame.all_codes[own],
             )
 
@@ -184,3 +190,33 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             raise InputError("step before reset; call reset(seed=...) first")
         if not isinstance(actions, dict) or actions or self.agents:
             raise bad_agents(actions, self.agents)
+
+
+class NumericInfos(BaseParallelWrapper[str, NDArray[np.float32], Any]):
+    """Keeps the entries of infos that every step has: ``reward_option``, ``reward_action``, [K] each, and ``outcome``.
+
+    They are there at reset too, as zeros and ``Outcome.RUNNING``. It is for libraries that want infos of fixed entries
+    and shapes, as TorchRL does.
+    """
+
+    def __init__(self, env: ParallelEnv[str, NDArray[np.float32], Any]) -> None:
+        super().__init__(env)
+        self.metadata, self.possible_agents = env.metadata, env.possible_agents
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Info]]:
+        """Return the first observations and infos of an episode."""
+        observations, infos = super().reset(seed, options)
+        return observations, {agent: dict(_AT_RESET) for agent in infos}
+
+    def step(
+        self, actions: dict[str, Any]
+    ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
+        """Return observations, rewards, terminations, truncations and infos of the live agents after one step."""
+        observations, rewards, terminations, truncations, infos = super().step(actions)
+        numeric = {
+            agent: {name: info.get(name, nothing) for name, nothing in _AT_RESET.items()}
+            for agent, info in infos.items()
+        }
+        return observations, rewards, terminations, truncations, numeric

@@ -1,7 +1,8 @@
 """The one way in which this package compiles its kernels."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import reduce
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -14,16 +15,13 @@ unsigned = cast(Callable[[float], int], np.uint64)
 """Makes an index unsigned; see ``layout`` for why."""
 
 
-_PACKAGE = Path(__file__).parents[2]
-
-
-def _digest_sources() -> str:
-    """Return the SHA-256 of all sources that kernels or their constants come from, in sub-folders too."""
-    sources = [*_PACKAGE.glob("*.py"), *(_PACKAGE / "scenario").rglob("*.py"), *(_PACKAGE / "simulation").rglob("*.py")]
+def digest_sources(package: Path) -> str:
+    """Return the SHA-256 of all sources in a package's folder that kernels or their constants come from."""
+    sources = [*package.glob("*.py"), *(package / "scenario").rglob("*.py"), *(package / "simulation").rglob("*.py")]
     return hashlib.sha256(b"".join(source.read_bytes() for source in sorted(sources))).hexdigest()
 
 
-_SOURCES = _digest_sources()
+_SOURCES = digest_sources(Path(__file__).parents[2])
 
 
 def _compiled(function: Callable[..., object], **options: Any) -> Any:
@@ -36,7 +34,7 @@ def kernel(function: F) -> F:
     ``error_model="numpy"`` lets a division by zero give inf instead of an exception, without which no loop with a
     division would vectorise. ``fastmath`` stays off: the same bits on every machine, in every batch.
     """
-    compiled = _compiled(function, cache=True)
+    compiled = _compiled(function, cache=True, no_cfunc_wrapper=True)
     # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and
     # the old physics would run on: date it by all sources of kernels.
     entries = compiled._cache._cache_file  # noqa: SLF001
@@ -58,3 +56,24 @@ def spliced(function: F) -> F:
     It saves compiling on its own what does little but call others.
     """
     return cast(F, _compiled(function, inline="always"))
+
+
+def inlined(function: F) -> F:
+    """Return ``function`` compiled as a part of kernels that LLVM inlines however long it is.
+
+    A loop over lanes vectorises only where all that it calls for a lane is inlined.
+    """
+    return cast(F, _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True))
+
+
+def in_turn(functions: Iterable[F]) -> F:
+    """Return a part of kernels that calls these functions, one after the other, with the same arguments."""
+
+    def append(first: F, last: F) -> F:
+        def both(*arguments: Any) -> None:
+            first(*arguments)
+            last(*arguments)
+
+        return cast(F, inlined(both))
+
+    return reduce(append, functions)

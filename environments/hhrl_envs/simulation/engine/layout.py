@@ -16,69 +16,102 @@ then chooses between them.
 """
 
 from collections.abc import Iterator
+from itertools import count
 from typing import cast
 
 import numpy as np
 
+from hhrl_envs import observation
 from hhrl_envs.arrays import Floats
 from hhrl_envs.scenario.profiles import PARAMETERS, STYLES
 from hhrl_envs.simulation.engine.compilation import inner, unsigned
+from hhrl_envs.sub_goals import SUB_GOALS
 
 LANES, STRIDE = 256, 264
 
 
-def _fields(count: int, first: int = 0) -> Iterator[int]:
-    """Yield the offsets of ``count`` fields, as unsigned integers."""
-    return (cast(int, np.uint64(field * STRIDE)) for field in range(first, first + count))
+def count_fields(offset: int) -> int:
+    """Return how many fields lie before an offset in a record: a field's number, or a record's size."""
+    return int(offset) // STRIDE
 
 
-# A vehicle's state. LINE is the position of its active stop-line.
-POSITION, SPEED, ACCEL, JERK, LINE, PHASE, STANDING, SLOWING, NEXT_SLOW = _fields(9)
+def _offsets() -> Iterator[int]:
+    """Yield the offsets of the fields of a record, one after the other, as unsigned integers."""
+    return (cast(int, np.uint64(field * STRIDE)) for field in count())
+
+
+def _take(fields: Iterator[int], number: int) -> tuple[int, ...]:
+    """Return the next fields, so many of them."""
+    return tuple(next(fields) for _ in range(number))
+
+
+# The record of a vehicle: its state, where LINE is the position of its active stop-line.
+_vehicle = _offsets()
+POSITION, SPEED, ACCEL, JERK, LINE, PHASE, STANDING, SLOWING, NEXT_SLOW = _take(_vehicle, 9)
 # The behaviour profile of a front vehicle; names and units stand in ``profiles``, PROFILE is where it begins.
-DESIRED_SPEED, HEADWAY, MAX_ACCEL, COMFORT_DECEL, MIN_GAP = _fields(5, 9)
-LINE_DECEL, STOP_POSITION, LINE_SPEED, DWELL, START_DELAY = _fields(5, 14)
-SLOW_AT, SLOW_DECEL, SLOW_TIME, SLOW_EVERY = _fields(4, 19)
-STYLE, FAMILY, PER_DESIRED_SPEED, INTERACTION = _fields(4, 23)
+DESIRED_SPEED, HEADWAY, MAX_ACCEL, COMFORT_DECEL, MIN_GAP = _take(_vehicle, 5)
+LINE_DECEL, STOP_POSITION, LINE_SPEED, DWELL, START_DELAY = _take(_vehicle, 5)
+SLOW_AT, SLOW_DECEL, SLOW_TIME, SLOW_EVERY = _take(_vehicle, 4)
+STYLE, FAMILY, PER_DESIRED_SPEED, INTERACTION = _take(_vehicle, 4)
 PROFILE = DESIRED_SPEED
 
 # Phases of a scripted vehicle, stored as floats in PHASE.
 APPROACHING, BRAKING, DWELLING, LEAVING = 0.0, 1.0, 2.0, 3.0
 
 # What an agent at the wheel aims at, whether it was running when the step began, and its outcome if it ended just now.
-TARGET, LIVE, FRESH = _fields(3, 27)
-# What it measures, in the order of Eq. (state); see ``observation``.
-V_E, A_E, J_E, D_F, V_F, A_F, D_FC, FC_RATIO, D_D, D_DC, DC_RATIO = _fields(11, 30)
-MEASURED = V_E
-# The signed terms of its reward; then r^task, r^option and r^action of every option; and its outcome.
-TIME, UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP, TIMEOUT, SUCCESS = _fields(8, 41)
-TERMS, TERMS_SIZE = TIME, 8
-TASK, OPTION_SSL, OPTION_FFV, ACTION_SSL, ACTION_FFV = _fields(5, 49)
-RESULTS, RESULTS_SIZE = TASK, 5
-(OUTCOME,) = _fields(1, 54)
-(VEHICLE,) = _fields(1, 55)
+TARGET, LIVE, FRESH = _take(_vehicle, 3)
+# The elements of the state, in its order: what it measures, and what is computed from that.
+MEASURED = _take(_vehicle, observation.SIZE)
 
-# What holds for a whole row: the time of the green light, steps within the band, steps done, whether an agent is
+
+def measured(symbol: str) -> int:
+    """Return the field of an element of the state, such as ``"d_f"``."""
+    return MEASURED[observation.place(symbol)]
+
+
+V_E, A_E, J_E, D_D = map(measured, ("v_e", "a_e", "j_e", "d_d"))
+
+# The signed terms of its reward, those of the sub-goals a field each. UNSAFE[k] and FAILURE[k] belong to sub-goal k;
+# failures lie in the order of their outcomes.
+GOALS = len(SUB_GOALS)
+TIME, UNSMOOTH = _take(_vehicle, 2)
+UNSAFE, FAILURES = _take(_vehicle, GOALS), _take(_vehicle, GOALS)
+FAILURE_ORDER = tuple(sorted(range(GOALS), key=lambda k: SUB_GOALS[k].failure))
+FAILURE = tuple(FAILURES[FAILURE_ORDER.index(k)] for k in range(GOALS))
+TIMEOUT, SUCCESS = _take(_vehicle, 2)
+TERMS, TERMS_SIZE = TIME, 4 + 2 * GOALS
+# r^task; r^option and r^action if sub-goal k is the selected one; and its outcome.
+(TASK,) = _take(_vehicle, 1)
+OPTION, ACTION = _take(_vehicle, GOALS), _take(_vehicle, GOALS)
+RESULTS, RESULTS_SIZE = TASK, 1 + 2 * GOALS
+OPTION_RESULTS, ACTION_RESULTS = slice(1, 1 + GOALS), slice(1 + GOALS, RESULTS_SIZE)
+(OUTCOME,) = _take(_vehicle, 1)
+(VEHICLE,) = _take(_vehicle, 1)
+
+# The record of the rows: the time of the green light, steps within the band, steps done, whether an agent is
 # running, whether the episode is feasible, its STATUS (below), and how often its world was
 # drawn anew; with learned front vehicles also the shadow ego's motion (see ``feasibility``).
-GREEN_AT, KEPT, STEPS, RUNNING, FEASIBLE, STATUS, ATTEMPT = _fields(7)
-SHADOW_POSITION, SHADOW_SPEED, SHADOW_ACCEL, CLEARED = _fields(4, 7)
-(ROW,) = _fields(1, 11)
+_row = _offsets()
+GREEN_AT, KEPT, STEPS, RUNNING, FEASIBLE, STATUS, ATTEMPT = _take(_row, 7)
+SHADOW_POSITION, SHADOW_SPEED, SHADOW_ACCEL, CLEARED = _take(_row, 4)
+(ROW,) = _take(_row, 1)
 
-# The scenario's numbers, float64 [field].
-DT, PER_DT, HORIZON, LENGTH, LAG_GAIN, JERK_STEP, EGO_MIN_ACCEL, GRIP = range(8)
-SPEED_LIMIT, STOP_ZONE, STOP_SPEED, FIRST_LINE, LAST_LINE, ROUTE_END, GOAL = range(8, 15)
-FRONT_RANGE, LINE_RANGE, CLEAR_BY = range(15, 18)
-SIGMA_1, SIGMA_2, SIGMA_3, SIGMA_4, JERK_THRESHOLD, POSITIVE_JERK_ONLY = range(18, 24)
-SAFE_GAP, PER_TWICE_DECEL, TIMEOUT_SCALE = range(24, 27)
-START_LOW, START_HIGH, START_SPEED_LOW, START_SPEED_HIGH = range(27, 31)
-GAP_LOW, GAP_HIGH, FRONT_SPEED_LOW, FRONT_SPEED_HIGH = range(31, 35)
-SIGNAL, GREEN_LOW, GREEN_HIGH = range(35, 38)
-NOISE_SPEED, NOISE_ACCEL, NOISE_DISTANCE = range(38, 41)
-BAND_LOW, BAND_HIGH, BAND_HEADWAY, BAND_SHARE = range(41, 45)
-FEASIBLE_ONLY, SLOTS, AGENTS = range(45, 48)
-ADVERSARY, HARDEST_BRAKE, PATIENCE, THROTTLE = range(48, 52)
-GOAL_PLACE, FARTHEST = range(52, 54)  # what a front vehicle must leave free; what full braking must not pass
-CONSTANTS_SIZE = 54
+# The scenario's numbers, float64 [field]: physics, judgement, reward, draws, sensors.
+_constants = count()
+DT, PER_DT, HORIZON, LENGTH, LAG_GAIN, JERK_STEP, EGO_MIN_ACCEL, GRIP = _take(_constants, 8)
+SPEED_LIMIT, STOP_ZONE, STOP_SPEED, FIRST_LINE, LAST_LINE, ROUTE_END, GOAL = _take(_constants, 7)
+FRONT_RANGE, LINE_RANGE, CLEAR_BY = _take(_constants, 3)
+SIGMA_1, SIGMA_2, SIGMA_3, SIGMA_4, JERK_THRESHOLD, POSITIVE_JERK_ONLY = _take(_constants, 6)
+SAFE_GAP, PER_TWICE_DECEL, TIMEOUT_SCALE = _take(_constants, 3)
+START_LOW, START_HIGH, START_SPEED_LOW, START_SPEED_HIGH = _take(_constants, 4)
+GAP_LOW, GAP_HIGH, FRONT_SPEED_LOW, FRONT_SPEED_HIGH = _take(_constants, 4)
+SIGNAL, GREEN_LOW, GREEN_HIGH = _take(_constants, 3)
+NOISE_SPEED, NOISE_ACCEL, NOISE_DISTANCE = _take(_constants, 3)
+BAND_LOW, BAND_HIGH, BAND_HEADWAY, BAND_SHARE = _take(_constants, 4)
+FEASIBLE_ONLY, SLOTS, AGENTS = _take(_constants, 3)
+ADVERSARY, HARDEST_BRAKE, PATIENCE, THROTTLE = _take(_constants, 4)
+GOAL_PLACE, FARTHEST = _take(_constants, 2)  # what a front vehicle must leave free; what full braking must not pass
+(CONSTANTS_SIZE,) = _take(_constants, 1)
 # Behind them: the cumulative shares of 0, 1, 2, ... front vehicles, then the table of the profile families, row by row.
 COUNTS = CONSTANTS_SIZE
 

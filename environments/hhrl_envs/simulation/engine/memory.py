@@ -8,11 +8,7 @@ import numpy as np
 from hhrl_envs import observation
 from hhrl_envs.arrays import Codes, Flags, Floats, Floats32
 from hhrl_envs.simulation.engine import layout as at
-
-
-def count_fields(offset: int) -> int:
-    """Return how many fields lie before an offset in a record: a field's number, or a record's size."""
-    return int(offset) // at.STRIDE
+from hhrl_envs.simulation.engine.layout import ACTION_RESULTS, OPTION_RESULTS, count_fields
 
 
 class Memory:
@@ -75,7 +71,7 @@ class Memory:
 
 
 def _aligned_zeros(size: int) -> Floats:
-    """Return zeros, float64 [size], from the beginning of a cache line on: a vector that lies in two costs twice."""
+    """Return zeros, float64 [size], aligned to a cache line: a vector that lies in two costs twice."""
     numbers: Floats = np.zeros(size + 7)
     first = -(numbers.ctypes.data // 8) % 8
     return numbers[first : first + size]
@@ -93,11 +89,12 @@ class Frame(NamedTuple):
     """What the agents of all B rows get from a step; what is to be kept are its arrays, not the frame.
 
     Attributes:
-        all_observations, all_results, all_codes: what the kernel fills, float32 [11, A, B], float64 [RESULTS_SIZE, A,
-            B] and int8 [3, A, B]; see ``advancing``. All else is views of the ego's part of them.
-        observations: scaled observations, float32 [B, 11]; see ``hhrl_envs.observation``.
+        all_observations, all_results, all_codes: what the kernel fills, float32 [SIZE, A, B], float64 [RESULTS_SIZE, A,
+            B] and int8 [3, A, B]; see ``step.advance_rows``. All else is views of the ego's part of them.
+        observations: scaled observations, float32 [B, SIZE]; see ``hhrl_envs.observation``.
         rewards: r^task, float64 [B].
-        reward_option, reward_action: r^option and r^action if option k is the selected one, float64 [B, 2].
+        reward_option, reward_action: r^option and r^action if option k is the selected one, float64 [B, K] for K
+            sub-goals.
         outcomes: ``Outcome`` codes, int8 [B].
         terminations, truncations: whether the step ended the episode, and how, bool [B].
     """
@@ -142,5 +139,6 @@ class Frames:
 def frame_of(observations: Floats32, results: Floats, codes: Codes) -> Frame:
     """Return the frame of what the kernel fills."""
     ego, flags = results[:, 0], codes[:, 0].view(np.bool_)
-    views = (observations[:, 0].T, ego[0], ego[1:3].T, ego[3:5].T, codes[0, 0], flags[1], flags[2])
+    option, action = ego[OPTION_RESULTS].T, ego[ACTION_RESULTS].T
+    views = (observations[:, 0].T, ego[0], option, action, codes[0, 0], flags[1], flags[2])
     return Frame(observations, results, codes, *views)

@@ -23,7 +23,7 @@ class _Work:
         self._told: SimpleQueue[Any] = SimpleQueue()
 
     def share(self, take: Callable[[], Call]) -> None:
-        """Return nothing; do calls, taken ``from_first`` or ``from_last`` on, until none is left."""
+        """Do calls, taken ``from_first`` or ``from_last`` on, until none is left."""
         while True:
             try:
                 call = take()

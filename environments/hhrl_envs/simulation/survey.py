@@ -1,16 +1,28 @@
-"""Golden digests: a fingerprint of a scenario's full trajectories, to the last bit."""
+"""What holds for a scenario as a whole: its share of feasible worlds, and a digest of its trajectories."""
 
 import hashlib
+from dataclasses import replace
 
 import numpy as np
 
 from hhrl_envs.arrays import Ints
+from hhrl_envs.scenario.registry import as_count, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.engine.compilation import kernel, unsigned
 from hhrl_envs.simulation.engine.random_streams import stream, unit
 from hhrl_envs.simulation.simulator import Simulator
 
 ROWS, STEPS, HELD = 32, 400, 8
+
+
+def feasible_share(scenario: Scenario | str, worlds: int = 10_000) -> float:
+    """Return the share of drawn worlds in which some ego can succeed, of seeds 0, 1, 2, ...
+
+    Scenarios with ``feasible_only`` reject the others at reset; here they count. Front vehicles are scripted.
+    """
+    simulator = Simulator(replace(as_scenario(scenario), feasible_only=False), as_count(worlds, "worlds"))
+    simulator.reset(np.arange(worlds))
+    return float(simulator.feasible.mean())
 
 
 def trajectory_digest(scenario: Scenario) -> str:
