@@ -40,11 +40,6 @@ class Record(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-def described(text: str) -> ConfigDict:
-    """Return the configuration of a record that the JSON schema describes with the words it was published with."""
-    return ConfigDict(json_schema_extra={"description": text})
-
-
 def first_problem(error: ValidationError) -> str:
     """Return, in one line, where a record is wrong first, and what is wrong there."""
     problems = error.errors(include_url=False, include_input=False, include_context=False)

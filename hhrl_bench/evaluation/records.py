@@ -108,7 +108,7 @@ def _without_default(schema: JsonDict) -> None:
 
 
 class MetricsRecord(_ByMetric):
-    """The metrics of a result, by key: the task's reward, the columns of Table I, how severe it got; rates in [0, 1]."""
+    """The metrics of a result, by key: the task's reward, the columns of Table I, how severe it got."""
 
     __pydantic_extra__: dict[str, MetricRecord]
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record, described
+from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record
 from hhrl_bench.training.learning_curves import Curve
 from hhrl_bench.transfer.transfer import CONTROL, ArmName
 
@@ -47,11 +47,7 @@ class StepsRatioRecord(Record):
 
 
 class ComparisonRecord(Record):
-    """What an arm is worth over scratch, by :mod:`hhrl_bench.transfer.metrics`; a steps ratio below 1 is faster."""
-
-    model_config = described(
-        "What an arm is worth over scratch, by :mod:`hhrl_bench.transfer_metrics`; a steps ratio below 1 is faster."
-    )
+    """What an arm is worth over scratch; a steps ratio below 1 is faster."""
 
     jumpstart: SeedsMetricRecord
     asymptotic_gain: SeedsMetricRecord
