@@ -19,7 +19,6 @@ from hhrl_bench.analysis.records import (
 )
 from hhrl_bench.analysis.steps import Steps
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
-from hhrl_bench.evaluation.metrics import UNSAFE
 from hhrl_envs import SUB_GOALS, Scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.arrays import Flags, Floats, Ints
@@ -29,7 +28,6 @@ Levels = dict[LevelName, Floats]
 Terms = dict[LevelName, dict[TermName, Floats]]
 
 SUB_GOAL = [rewards.TIME, rewards.TIMEOUT, rewards.SUCCESS]
-FAILURE: list[int] = [getattr(rewards, goal.failure.name) for goal in SUB_GOALS]
 BIN = 10.0  # m; the width of a bin of distances
 
 
@@ -47,7 +45,7 @@ def terms_by_level(steps: Steps) -> Terms:
     sub-goal reward sr counts at both. See ``hhrl_envs.simulation.rewards``.
     """
     sub_goal, jerk = steps.terms[:, SUB_GOAL].sum(axis=1), steps.terms[:, rewards.UNSMOOTH]
-    unsafe, failure = steps.terms[:, UNSAFE], steps.terms[:, FAILURE]
+    unsafe, failure = steps.terms[:, rewards.UNSAFE], steps.terms[:, rewards.FAILURE]
     task = _named(sub_goal, unsafe.sum(axis=1), failure.sum(axis=1), jerk)
     if not steps.hierarchical:
         return {"task": task}

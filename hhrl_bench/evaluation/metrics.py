@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from hhrl_envs import SUB_GOALS, Outcome
+from hhrl_envs import Outcome
 from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
 from hhrl_envs.errors import InputError
 from hhrl_envs.simulation import rewards
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 
 LONGEST_TTC = 10.0
 """Seconds; a longer time to collision counts as that: how much longer says nothing about danger."""
-
-UNSAFE: list[int] = [getattr(rewards, f"UNSAFE_{goal.spelling}") for goal in SUB_GOALS]
-"""The columns of a step's terms that hold the unsafe penalties of the sub-goals, in the order of their options."""
 
 RESERVED = frozenset({"seed", "outcome", "feasible", "outcomes", "options", "actions", "declarations", "get"})
 """Words that are no keys of metrics, as records have them already."""
@@ -210,7 +207,7 @@ def of_selected(by_option: Floats, option: Ints) -> Floats:
 
 
 def _unsafe(step: "Step") -> Floats:
-    unsafe: Floats = -step.results.terms[:, UNSAFE].sum(axis=1)
+    unsafe: Floats = -step.results.terms[:, rewards.UNSAFE].sum(axis=1)
     return unsafe
 
 

@@ -9,7 +9,7 @@ from hhrl_agents.agent import ACTION, OPTION
 from hhrl_agents.methods.method import Method
 from hhrl_agents.training.environments import discounts, learning_rewards
 from hhrl_envs import Outcome, Simulator, get_scenario
-from hhrl_envs.simulation.rewards import COLLISION, NOT_STOP, SUCCESS, TIME, TIMEOUT, UNSAFE_FFV, UNSAFE_SSL, UNSMOOTH
+from hhrl_envs.simulation.rewards import FAILURE, SUCCESS, TIME, TIMEOUT, UNSAFE, UNSMOOTH
 from support.driving import careful_actions
 
 MAIN = get_scenario("stop-line-v0")
@@ -110,9 +110,9 @@ def test_algorithm_2_blames_the_option_for_the_selected_sub_goal(weight: float) 
         options, terms = rng.integers(0, 2, ROWS), played.terms
         rewards = learning_rewards(method, played.of_agent(0), options) / method.config.reward_scale
         common = terms[:, [TIME, TIMEOUT, SUCCESS]].sum(axis=1)
-        faults = np.stack((terms[:, UNSAFE_SSL] + terms[:, NOT_STOP], terms[:, UNSAFE_FFV] + terms[:, COLLISION]))
+        faults = (terms[:, UNSAFE] + terms[:, FAILURE]).T
         np.testing.assert_allclose(rewards[:, OPTION], common + faults[options, rows], atol=1e-9)
         expected = common + weight * terms[:, UNSMOOTH] + faults[1 - options, rows]
         np.testing.assert_allclose(rewards[:, ACTION], expected, atol=1e-9)
         seen |= terms.any(axis=0)
-    assert seen[[UNSMOOTH, UNSAFE_SSL, UNSAFE_FFV, COLLISION, NOT_STOP]].all()
+    assert seen[[UNSMOOTH, *UNSAFE, *FAILURE]].all()

@@ -8,7 +8,7 @@ from hhrl_agents.rules.controllers import Tuning
 from hhrl_agents.rules.rule_plus import RulePlus
 from hhrl_envs import Option, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs import observation as obs
-from hhrl_envs.simulation.rewards import UNSAFE_FFV, UNSAFE_SSL
+from hhrl_envs.simulation.rewards import UNSAFE
 
 MAIN = get_scenario("stop-line-v0")
 ALONE = replace(MAIN, id="alone", traffic=replace(MAIN.traffic, count_shares=(1.0,)))
@@ -38,7 +38,7 @@ def drive(agent: Agent, scenario: Scenario) -> tuple[Simulator, float, float]:
     while (simulator.outcomes == Outcome.RUNNING).any():
         simulator.step(agent.act(simulator.observations).action)
         total += simulator.rewards.mean()
-        unsafe += simulator.terms[:, [UNSAFE_SSL, UNSAFE_FFV]].sum()
+        unsafe += simulator.terms[:, UNSAFE].sum()
     return simulator, total, unsafe
 
 

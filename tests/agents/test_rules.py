@@ -7,7 +7,7 @@ from hhrl_agents import RULES, HierarchicalAgent
 from hhrl_envs import Option, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.arrays import Floats
-from hhrl_envs.simulation.rewards import UNSAFE_FFV, UNSAFE_SSL
+from hhrl_envs.simulation.rewards import UNSAFE
 
 MAIN = get_scenario("stop-line-v0")
 ALONE = replace(MAIN, id="alone", traffic=replace(MAIN.traffic, count_shares=(1.0,)))
@@ -72,7 +72,7 @@ def test_held_options_give_the_rules_that_hold_them() -> None:
 def test_rule_1_never_stops_at_the_line() -> None:
     shares, _, terms = drive("rule-1")
     assert shares[Outcome.NOT_STOP] > 0.9
-    assert np.mean(terms[:, UNSAFE_FFV] < 0.0) < 0.08
+    assert np.mean(terms[:, UNSAFE[Option.FFV]] < 0.0) < 0.08
 
 
 def test_rule_2_drives_into_the_queue() -> None:
@@ -84,18 +84,18 @@ def test_rule_2_drives_into_the_queue() -> None:
 def test_choosing_rules_reach_ordinary_competence(rule: str) -> None:
     shares, _, terms = drive(rule)
     assert shares[Outcome.SUCCESS] > 0.98
-    assert terms[:, UNSAFE_SSL].sum() == 0.0
+    assert terms[:, UNSAFE[Option.SSL]].sum() == 0.0
 
 
 def test_rule_4_mostly_keeps_more_than_the_safe_gap() -> None:
     _, _, terms = drive("rule-4")
-    assert np.mean(terms[:, UNSAFE_FFV] < 0.0) < 0.08
+    assert np.mean(terms[:, UNSAFE[Option.FFV]] < 0.0) < 0.08
 
 
 def test_ssl_stops_alone_on_the_road_without_creeping() -> None:
     shares, simulator, terms = drive("rule-2", ALONE)
     assert shares[Outcome.SUCCESS] == 1.0
-    assert terms[:, UNSAFE_SSL].sum() == 0.0
+    assert terms[:, UNSAFE[Option.SSL]].sum() == 0.0
     assert simulator.steps.max() < 200
 
 

@@ -95,7 +95,7 @@ def test_the_records_are_the_sums_of_what_the_simulator_says() -> None:
         option += simulator.reward_option[0, Option.SSL]
         action += simulator.reward_action[0, Option.SSL]
         unsmooth += int(simulator.terms[0, rewards.UNSMOOTH] < 0)
-        unsafe -= simulator.terms[0, rewards.UNSAFE_SSL] + simulator.terms[0, rewards.UNSAFE_FFV]
+        unsafe -= simulator.terms[0, rewards.UNSAFE].sum()
     assert records.outcome[index] == simulator.outcomes[0]
     assert records.steps[index] == simulator.steps[0]
     assert records.unsmooth[index] == unsmooth

@@ -41,7 +41,6 @@ UNSAFE = tuple(map(_column, at.UNSAFE))
 """The columns of the unsafe terms, one a sub-goal."""
 FAILURE = tuple(map(_column, at.FAILURE))
 """The columns of the failures' terms, one a sub-goal."""
-UNSAFE_SSL, UNSAFE_FFV, NOT_STOP, COLLISION = *UNSAFE[:2], *FAILURE[:2]
 _FAILURES = tuple(SUB_GOALS[k].failure.name for k in at.FAILURE_ORDER)
 TERMS = ("TIME", "UNSMOOTH", *(f"UNSAFE_{goal.spelling}" for goal in SUB_GOALS), *_FAILURES, "TIMEOUT", "SUCCESS")
 """The names of all columns."""
