@@ -12,8 +12,8 @@ from typing import Any, Literal
 
 from pydantic import ValidationError
 
-import hhrl_agents
 from hhrl_agents import METHODS, RULES, Agent
+from hhrl_agents.policies.checkpoint_file import SHIPPED
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.guarded_agent import guarded
 from hhrl_bench.evaluation.records import TrainingRecord
@@ -22,8 +22,6 @@ from hhrl_bench.schema import first_problem
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs.errors import require
-
-SHIPPED = Path(hhrl_agents.__file__).parent / "trained"
 
 Kind = Literal["rule", "learned", "factory"]
 

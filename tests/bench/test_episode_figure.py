@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hhrl_agents.policies.checkpoint_file import SHIPPED
 from hhrl_bench.errors import SeedError
-from hhrl_bench.evaluation.loading import SHIPPED
 from hhrl_bench.figures.episode import save_episode, typical_episode
 from hhrl_envs import Outcome
 

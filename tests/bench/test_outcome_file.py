@@ -75,7 +75,7 @@ def test_other_code_makes_it_anew(unit: Unit, monkeypatch: pytest.MonkeyPatch) -
 
 def test_another_checkpoint_or_none_in_the_store_makes_it_anew(tmp_path: Path) -> None:
     checkpoints = pytest.importorskip("hhrl_agents.policies.checkpoints")
-    from hhrl_bench.evaluation.loading import SHIPPED  # noqa: PLC0415
+    from hhrl_agents.policies.checkpoint_file import SHIPPED  # noqa: PLC0415
 
     path = tmp_path / "seed-0.safetensors"
     path.write_bytes((SHIPPED / "follow-only" / "seed-0.safetensors").read_bytes())

@@ -8,7 +8,7 @@ import jsonschema
 import pytest
 
 from hhrl_agents import METHODS
-from hhrl_bench.evaluation.loading import SHIPPED
+from hhrl_agents.policies.checkpoint_file import SHIPPED
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.level import Level

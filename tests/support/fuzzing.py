@@ -18,13 +18,13 @@ import numpy as np
 import pytest
 
 from hhrl_agents.methods.method import Method
-from hhrl_agents.policies.checkpoint_file import METADATA_KEY, read_metadata
+from hhrl_agents.policies.checkpoint_file import METADATA_KEY, SHIPPED, read_metadata
 from hhrl_bench import provenance
 from hhrl_bench.evaluation.evidence import unpack
-from hhrl_bench.evaluation.loading import SHIPPED, load_agents, training_record
+from hhrl_bench.evaluation.loading import load_agents, training_record
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard import comparisons
-from hhrl_bench.leaderboard.entry import read_entry, respelt
+from hhrl_bench.leaderboard.entry import check_spelling, read_entry
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import method_records
 from hhrl_bench.publishing import publication
@@ -128,7 +128,7 @@ def attack_entry(sandbox: Sandbox, rng: Rng) -> None:
     path = sandbox.board.with_name("fuzzed.json")
     path.write_bytes(hostile.change_json(sandbox.board.read_bytes(), rng))
     board = read_entry(path)
-    list(respelt(path, board))
+    list(check_spelling(path, board))
     for finding in verify(board, Store(path.parent), Level.RECOMPUTED):
         require_one_line(str(finding))
 
