@@ -146,7 +146,7 @@ def _verify_entry(
 ) -> _Verified:
     from hhrl_bench.errors import RecordError
     from hhrl_bench.evaluation.store import Store
-    from hhrl_bench.leaderboard.entry import read_entry, respelt
+    from hhrl_bench.leaderboard.entry import check_spelling, read_entry
     from hhrl_bench.publishing.publication import INDEX
     from hhrl_bench.verification import verify as verification
     from hhrl_bench.verification.checked_result import checked_results
@@ -159,7 +159,7 @@ def _verify_entry(
         found = list(verification.verify(board, store, level, update, sample, seed))
         if fresh is not None and not found:
             found += check_fresh(board, store, fresh, seed, update)
-    found += respelt(path, board)
+    found += check_spelling(path, board)
     if found:
         return _Verified(path, list(dict.fromkeys(found)), None)
     own = [one for one in checked_results(board, store) if not one.playable]

@@ -19,7 +19,7 @@ EXAMPLE = "hybrid-hrl"
 
 
 def save_leaderboard_figures(board: LeaderboardRecord, store: Store, folder: Path) -> list[Path]:
-    """Return the files written into the folder, SVG and PNG, which is made where there is none.
+    """Draw the figures of a leaderboard into a folder, made if need be, as SVG and PNG, and return the files.
 
     ``store`` has the files that the leaderboard names; there are no files if nothing in the leaderboard has a figure.
 
@@ -49,7 +49,7 @@ def _save_scores(board: LeaderboardRecord, folder: Path) -> list[Path]:
 
 
 def save_transfer_figures(record: TransferSetRecord, folder: Path) -> list[Path]:
-    """Return the files written, SVG and PNG: the curves of every method and source, and the matrix of every method.
+    """Draw the curves of every method and source and the matrix of every method, and return the files, SVG and PNG.
 
     Raises:
         OutputError: if one cannot be written.

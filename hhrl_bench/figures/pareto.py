@@ -24,7 +24,7 @@ _UNDER = f"filled: success of {THRESHOLD:.0%} or more; line: those of them that 
 
 
 def save_pareto(board: LeaderboardRecord, folder: Path) -> list[Path]:
-    """Return the files written into the folder, SVG and PNG; none where no task has results of several agents.
+    """Draw time and comfort into a folder and return the files, SVG and PNG; none if no task has several agents.
 
     Raises:
         OutputError: if a file cannot be written.

@@ -112,7 +112,7 @@ def number_text(value: float, digits: str = "g") -> str:
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Return the files written, whole or not at all: ``name``.svg and ``name``.png in ``folder``, made if need be.
+    """Write ``name``.svg and ``name``.png, whole or not at all, into ``folder``, made if need be; return their paths.
 
     Raises:
         OutputError: if one cannot be written.
@@ -125,7 +125,7 @@ def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
 
 
 def remove_figure(folder: Path, name: str) -> list[Path]:
-    """Return no files, as none are left of the figure ``name`` that an earlier call may have saved in ``folder``."""
+    """Delete the files of a figure that an earlier call may have saved; return an empty list, as none are left."""
     for path in _paths(folder, name):
         path.unlink(missing_ok=True)
     return []

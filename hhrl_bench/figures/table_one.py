@@ -26,7 +26,7 @@ Bar = tuple[float, float, float]
 
 
 def save_table_one(board: LeaderboardRecord, folder: Path) -> list[Path]:
-    """Return the files written into the folder, SVG and PNG: a figure a task that Table I speaks of.
+    """Draw a figure for each task that Table I speaks of into a folder, and return the files, SVG and PNG.
 
     A task needs results of several of the policies there.
 

@@ -37,7 +37,7 @@ _ACROSS, _HEIGHT = 2, 1.75
 
 
 def save_training_curves(trainings: Trainings, folder: Path) -> list[Path]:
-    """Return the files written into the folder, SVG and PNG; none where no task has trainings of several methods.
+    """Draw the training results into a folder and return the files, SVG and PNG; none if no task has several methods.
 
     Raises:
         OutputError: if a file cannot be written.
@@ -104,7 +104,7 @@ OUTCOME_LINES: Mapping[str, Line] = {
 
 
 def save_trainings(trainings: Sequence[TrainingOutcomesRecord], folder: Path) -> list[Path]:
-    """Return the files written into the folder, SVG and PNG: the figure of the trainings, from left to right.
+    """Draw how the episodes of trainings end, from left to right, into a folder, and return the files, SVG and PNG.
 
     Where they are too many for one, every method has its own; trainings on several tasks then have none, as the
     figures would be larger than all else that is published of them.

@@ -1,4 +1,4 @@
-"""The figure of the transfer matrix: from every source to every target, what one method's policies are worth there."""
+"""The figures of transfers: what a method's policies are worth in other tasks, as a matrix and as curves."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby

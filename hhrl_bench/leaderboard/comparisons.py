@@ -92,7 +92,7 @@ def compare(a: Runs, b: Runs, task: str, metric: str, rng: np.random.Generator) 
 
 
 def against(reference: str, comparisons: Iterable[PairwiseRecord]) -> list[PairwiseRecord]:
-    """Return those that ``reference`` is part of, each turned so that it is the other one."""
+    """Return the comparisons that ``reference`` is part of, each turned so that it is the other agent."""
     turned = (_turned(one) if one.agent == reference else one for one in comparisons)
     return [one for one in turned if one.other == reference]
 

@@ -1,4 +1,4 @@
-"""Leaderboards: results built into one record, written whole, and read back strictly."""
+"""Entries: a leaderboard built from results, written whole to its file, and read back strictly."""
 
 import json
 import re
@@ -56,46 +56,46 @@ def build_entry(
     )
 
 
-def write_entry(leaderboard: LeaderboardRecord, path: Path) -> bool:
-    """Return whether the leaderboard was written as JSON, whole or not at all.
+def write_entry(board: LeaderboardRecord, path: Path) -> bool:
+    """Write a leaderboard as JSON, whole or not at all, and return whether that changed its file.
 
     A file that says the same but for its provenance is left as it is: what ran first stays on record, and repeating a
     published run changes no file.
     """
-    if _says(path, leaderboard):
+    if _says(path, board):
         return False
-    write_atomically(path, _text(leaderboard))
+    write_atomically(path, _text(board))
     return True
 
 
-def publish_entry(leaderboard: LeaderboardRecord, path: Path, source: Store) -> bool:
-    """Return what ``write_entry`` does, having copied the files that the leaderboard names to the store beside it.
+def publish_entry(board: LeaderboardRecord, path: Path, source: Store) -> bool:
+    """Copy the files that a leaderboard names to the store beside it, then do what ``write_entry`` does.
 
     Raises:
         RecordError: if one of them is missing or has been changed.
     """
     target = Store(path.parent)
-    for file in named_files(leaderboard, source):
+    for file in named_files(board, source):
         target.copy(file)
-    return write_entry(leaderboard, path)
+    return write_entry(board, path)
 
 
-def named_files(leaderboard: LeaderboardRecord, store: Store) -> Iterator[Path]:
-    """Return the files of a store that a leaderboard names."""
-    for result in leaderboard.results:
+def named_files(board: LeaderboardRecord, store: Store) -> Iterator[Path]:
+    """Yield the files of a store that a leaderboard names."""
+    for result in board.results:
         for run in result.runs:
             if run.evidence_sha256:
                 yield store.evidence(run.evidence_sha256)
-            if run.checkpoint_sha256 and leaderboard.checkpoints_published:
+            if run.checkpoint_sha256 and board.checkpoints_published:
                 yield store.checkpoint(run.checkpoint_sha256)
 
 
-def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
-    """Return the first line of a file that is not as ``write_entry`` spells the leaderboard that was read from it.
+def check_spelling(path: Path, board: LeaderboardRecord) -> Iterator[Finding]:
+    """Yield the first line of a file that is not as ``write_entry`` spells the leaderboard that was read from it.
 
     It may hold digits beyond what a number can have, or a name twice, of which only the last counts.
     """
-    lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), _text(leaderboard).split("\n"), fillvalue="")
+    lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), _text(board).split("\n"), fillvalue="")
     for number, (line, ours) in enumerate(lines, start=1):
         if line != ours:
             said = f"{line.strip()[:60]!r} is not how hhrl-bench run spells it, which is {ours.strip()[:60]!r}"
@@ -103,15 +103,15 @@ def respelt(path: Path, leaderboard: LeaderboardRecord) -> Iterator[Finding]:
             return
 
 
-def _text(leaderboard: LeaderboardRecord) -> str:
+def _text(board: LeaderboardRecord) -> str:
     """Return the file's content, a list of numbers on a line: half of the bytes of one number on each."""
-    spread = leaderboard.model_dump_json(indent=2)
+    spread = board.model_dump_json(indent=2)
     return _NUMBERS.sub(lambda numbers: "".join(numbers[0].split()).replace(",", ", "), spread) + "\n"
 
 
-def _says(path: Path, leaderboard: LeaderboardRecord) -> bool:
+def _says(path: Path, board: LeaderboardRecord) -> bool:
     try:
-        return read_entry(path).model_copy(update={"provenance": leaderboard.provenance}) == leaderboard
+        return read_entry(path).model_copy(update={"provenance": board.provenance}) == board
     except RecordError:
         return False
 

@@ -67,9 +67,9 @@ class IndexRecord(Record):
 
 
 def write_index(folder: Path, levels: Mapping[str, Level]) -> IndexRecord:
-    """Return the index of a folder's entries, just verified up to these levels by their files; it is written.
+    """Write the index and the schema of a folder whose entries were just verified, and return the index.
 
-    So is the schema. An entry that is the same and was verified as far before keeps the day on which it was.
+    ``levels``: how far, by file name. An entry that is the same and was verified as far before keeps the day of then.
     """
     before = {entry.file: entry for entry in _read_index(folder).entries} if (folder / INDEX).exists() else {}
     entries = [_entry(path, levels[path.name], before.get(path.name)) for path in entry_paths(folder)]
@@ -80,7 +80,7 @@ def write_index(folder: Path, levels: Mapping[str, Level]) -> IndexRecord:
 
 
 def check_index(folder: Path) -> Iterator[Finding]:
-    """Return what of a folder is not as its index says, and the files of its store that no entry names.
+    """Yield what of a folder is not as its index says, and the files of its store that no entry names.
 
     Raises:
         RecordError: if it has no index, or one that is none.

@@ -68,7 +68,7 @@ def print_tables(console: Console, tables: Sequence[Table]) -> None:
 
 
 def print_widest(console: Console, tables: Sequence[Grid | Stack], *, wrapped: bool = False) -> int:
-    """Return the place of the table printed: the first that the console has room for; if none, the last.
+    """Print the first table that the console has room for, if none the last, and return its place.
 
     With ``wrapped`` there is room for one whose cells are wrapped between words.
     """

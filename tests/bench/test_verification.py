@@ -18,7 +18,7 @@ from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard import comparisons
-from hhrl_bench.leaderboard.entry import MAX_ENTRY_BYTES, read_entry, respelt, write_entry
+from hhrl_bench.leaderboard.entry import MAX_ENTRY_BYTES, check_spelling, read_entry, write_entry
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.statistics import censored_times, intervals
@@ -97,7 +97,7 @@ def names(said: str, place: Place, value: object) -> bool:
 @pytest.mark.parametrize("level", Level)
 def test_what_was_published_holds(published: Path, level: Level) -> None:
     assert findings(published, level) == []
-    assert list(respelt(published, read_entry(published))) == []
+    assert list(check_spelling(published, read_entry(published))) == []
 
 
 def drawn(data: Any, count: int, seed: int) -> list[Place]:
@@ -151,7 +151,7 @@ def test_digits_that_change_no_number_are_found(path: Path) -> None:
     path.write_text(text.replace(number, number.rstrip(",") + "0" * 20 + ("," if number.endswith(",") else "")))
     board = read_entry(path)
     assert list(verify(board, Store(path.parent), Level.RECOMPUTED)) == []
-    (finding,) = respelt(path, board)
+    (finding,) = check_spelling(path, board)
     assert finding.place.startswith("line ")
 
 
