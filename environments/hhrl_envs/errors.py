@@ -37,11 +37,7 @@ class MissingExtraError(InputError):
 
 
 def require(module: str, extra: str) -> None:
-    """Return when the top-level ``module`` is installed.
-
-    Raises:
-        MissingExtraError: it is not; the message says how to install the extra that brings it.
-    """
+    """Raise a ``MissingExtraError`` unless the top-level ``module`` is installed; it names the extra that brings it."""
     if find_spec(module) is None:
         checkout = f"in a checkout: pip install -e '.[{extra}]'"
         raise MissingExtraError(f"{module} is not installed; run: pip install 'hhrl-bench[{extra}]', or {checkout}")

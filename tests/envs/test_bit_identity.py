@@ -85,7 +85,7 @@ def test_rows_do_not_notice_that_another_one_begins_anew(scenario_id: str, front
 def others(simulator: Simulator, rows: NDArray[np.bool_]) -> list[bytes]:
     """All that these rows get, as bytes."""
     by_row = simulator.terms, simulator.feasible, simulator.steps
-    shown = simulator.frame.all_observations[:, :, rows], simulator.frame.all_results[:, :, rows]
+    shown = simulator.arrays.all_observations[:, :, rows], simulator.arrays.all_results[:, :, rows]
     return [part.tobytes() for part in (*shown, *(part[rows] for part in by_row))]
 
 
@@ -133,7 +133,7 @@ def test_in_the_pettingzoo_view(scenario_id: str, fronts: int) -> None:
         for slot, agent in enumerate(agents):
             if agent in recorded[0]:
                 check_agent(agent, recorded, simulator, slot)
-        assert env.state().tobytes() == simulator.frame.all_observations[:, :, 0].T.tobytes()
+        assert env.state().tobytes() == simulator.arrays.all_observations[:, :, 0].T.tobytes()
         if not env.agents:
             simulator.reset_done()
             observations, infos = env.reset()
@@ -191,8 +191,8 @@ def test_a_level_and_its_acceleration_are_the_same_action() -> None:
     for chosen in np.random.default_rng(2).integers(0, len(levels), (60, 130, 4)):
         by_index.step(chosen)
         by_value.step(levels[chosen])
-        assert by_index.frame.all_observations.tobytes() == by_value.frame.all_observations.tobytes()
-        assert by_index.frame.all_results.tobytes() == by_value.frame.all_results.tobytes()
+        assert by_index.arrays.all_observations.tobytes() == by_value.arrays.all_observations.tobytes()
+        assert by_index.arrays.all_results.tobytes() == by_value.arrays.all_results.tobytes()
 
 
 NUMBERS = {

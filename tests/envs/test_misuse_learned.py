@@ -80,7 +80,7 @@ def test_actions_of_one_agent_among_several(wrong: float) -> None:
     refused(lambda: simulator.step(spoiled), f"{wrong}", "write")
     simulator.step(actions)
     clean.step(actions)
-    assert simulator.frame.all_observations.tobytes() == clean.frame.all_observations.tobytes()
+    assert simulator.arrays.all_observations.tobytes() == clean.arrays.all_observations.tobytes()
 
 
 def test_actions_for_an_agent_that_has_left_or_is_missing() -> None:

@@ -14,7 +14,7 @@ def drive(simulator: Simulator, steps: int, seed: int) -> list[bytes]:
     shape = ROWS if simulator.num_agents == 1 else (ROWS, simulator.num_agents)
     for _ in range(steps):
         simulator.step(rng.integers(0, simulator.scenario.num_actions, shape))
-        shown = simulator.frame.all_observations, simulator.frame.all_results, simulator.frame.all_codes
+        shown = simulator.arrays.all_observations, simulator.arrays.all_results, simulator.arrays.all_codes
         seen.append(b"".join(part.tobytes() for part in shown))
         simulator.reset_done()
     return seen

@@ -30,8 +30,8 @@ class Renderer:
         self._began = False
         self.option: Option | None = None
 
-    def begin(self) -> None:
-        """Take note that an episode has begun."""
+    def reset(self) -> None:
+        """Start an episode: no option is selected, and its first state is shown where the mode is 'human'."""
         self._began, self.option = True, None
         self.follow()
 

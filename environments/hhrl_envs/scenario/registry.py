@@ -51,7 +51,7 @@ def as_scenario(scenario: Scenario | str) -> Scenario:
 
 
 def as_count(count: int, name: str) -> int:
-    """Return the number of something."""
+    """Return the count as an int; raise an ``InputError`` unless it is an integer of at least 1."""
     require_value(is_integer(count) and count >= 1, name, repr(count), "an integer, at least 1")
     return operator.index(count)
 

@@ -95,7 +95,7 @@ def verdict(m: Floats, s: int, r: int, c: Floats) -> float:
 
 
 @inner
-def begin_shadow(m: Floats, s: int, r: int) -> None:
+def start_shadow(m: Floats, s: int, r: int) -> None:
     """Put the shadow of the ego ``s`` to where the ego starts."""
     m[r + at.SHADOW_POSITION], m[r + at.SHADOW_SPEED] = m[s + at.POSITION], m[s + at.SPEED]
     m[r + at.SHADOW_ACCEL], m[r + at.CLEARED] = 0.0, 0.0

@@ -68,7 +68,7 @@ note_failures = in_turn(map(_note_failure_of, reversed(at.FAILURE_ORDER)))  # th
 
 @inner
 def judge(m: Floats, s: int, behind: int, r: int, c: Floats, lanes: int) -> None:
-    """Write the outcomes of the agents of record ``s``, who have measured; who had ended before keeps his.
+    """Write the outcomes of the agents of record ``s``, after `measure`; an agent that had ended before keeps its own.
 
     FRESH is the outcome of those that end in this very step, so that an ending is rewarded once. ``behind`` is
     the record of their followers (the same where there are none), ``r`` that of the rows.

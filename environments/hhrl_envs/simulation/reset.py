@@ -12,7 +12,7 @@ from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced, unsigned
 from hhrl_envs.simulation.engine.layout import BEGUN, DECIDED, EPISODE, OPEN, SEED, TO_DRAW, WAITING, locate, locate_row
 from hhrl_envs.simulation.engine.random_streams import stream
-from hhrl_envs.simulation.feasibility import begin_shadow, surely_clears, surely_survives, verdict
+from hhrl_envs.simulation.feasibility import start_shadow, surely_clears, surely_survives, verdict
 from hhrl_envs.simulation.initial_state import draw_world
 from hhrl_envs.simulation.outcomes import switch_lines
 from hhrl_envs.simulation.traffic import drive_traffic
@@ -30,7 +30,7 @@ def settle_row(m: Floats, s: int, r: int, fronts: int, c: Floats) -> None:
 
 
 @spliced
-def begin_agents(m: Floats, s: int, r: int, c: Floats) -> None:
+def start_agents(m: Floats, s: int, r: int, c: Floats) -> None:
     """Begin the episodes of all agents of a row."""
     m[r + at.STATUS] = BEGUN
     for agent in range(unsigned(c[at.AGENTS])):
@@ -39,12 +39,12 @@ def begin_agents(m: Floats, s: int, r: int, c: Floats) -> None:
 
 
 @spliced
-def begin(m: Floats, s: int, r: int, keys: Keys, first: int, c: Floats, special: bool | None, lanes: int) -> int:
+def reset_due(m: Floats, s: int, r: int, keys: Keys, first: int, c: Floats, special: bool | None, lanes: int) -> int:
     """Reset the rows that are due in a block, whose rows begin at ``first``, and return how many are OPEN."""
     still_open = 0
     i = next_due(m, r, unsigned(0), lanes) if some_due(m, r, lanes) else lanes
     while i < lanes:
-        begin_row(m, s + i, r + i, keys, first + i, c, special)
+        reset_row(m, s + i, r + i, keys, first + i, c, special)
         still_open += m[r + at.STATUS + i] == OPEN
         i = next_due(m, r, i + unsigned(1), lanes)
     return still_open
@@ -68,7 +68,7 @@ def next_due(m: Floats, r: int, lane: int, lanes: int) -> int:
 
 
 @spliced
-def begin_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, special: bool | None) -> None:
+def reset_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, special: bool | None) -> None:
     """Reset one row, whose records plus its lane are ``s`` and ``r``, as far as it can be."""
     if m[r + at.STATUS] == WAITING:
         keys[EPISODE, row] += np.uint64(1)
@@ -78,9 +78,9 @@ def begin_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, specia
         fronts = draw_world(m, s, r, world, keys[EPISODE, row], c, special)
         settle_row(m, s, r, fronts, c)
         if special is not None:
-            begin_shadow(m, s, r)
+            start_shadow(m, s, r)
     if m[r + at.STATUS] == DECIDED:
-        begin_agents(m, s, r, c)
+        start_agents(m, s, r, c)
 
 
 @kernel

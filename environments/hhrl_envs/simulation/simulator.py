@@ -29,7 +29,7 @@ from hhrl_envs.simulation.engine.layout import (
     WAITING,
     count_fields,
 )
-from hhrl_envs.simulation.engine.memory import Frame, Frames, Memory
+from hhrl_envs.simulation.engine.memory import ArrayPool, Memory, StepArrays
 from hhrl_envs.simulation.engine.thread_pool import Workers
 from hhrl_envs.simulation.reset import decide_rows
 from hhrl_envs.simulation.sensing import CHANNELS, blur_rows
@@ -80,7 +80,7 @@ class Simulator:
         self._targets = [self._memory.target(agent) for agent in range(self.num_agents)]
         self._shape = (num_rows,) if self.num_agents == 1 else (num_rows, self.num_agents)
         self._keys, self._levels = np.zeros((2, num_rows), np.uint64), np.array(scenario.vehicle.levels)
-        self._frames = Frames(self.num_agents, num_rows)
+        self._pool = ArrayPool(self.num_agents, num_rows)
         self._history = np.zeros((scenario.sensor.delay + 1, len(CHANNELS), self.num_agents, num_rows))
         self._workers = Workers(threads - 1) if threads > 1 else None
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
@@ -92,7 +92,7 @@ class Simulator:
     def observations(self) -> Floats32:
         """Scaled observations, float32 [B, SIZE]; see ``hhrl_envs.observation``."""
         self._require_reset()
-        return self.frame.observations
+        return self.arrays.observations
 
     @property
     def terms(self) -> Floats:
@@ -104,31 +104,31 @@ class Simulator:
     def rewards(self) -> Floats:
         """r^task, float64 [B]."""
         self._require_reset()
-        return self.frame.rewards
+        return self.arrays.rewards
 
     @property
     def reward_option(self) -> Floats:
         """r^option if option k is the selected one, float64 [B, K] for K sub-goals."""
         self._require_reset()
-        return self.frame.reward_option
+        return self.arrays.reward_option
 
     @property
     def reward_action(self) -> Floats:
         """r^action if option k is the selected one, float64 [B, K] for K sub-goals."""
         self._require_reset()
-        return self.frame.reward_action
+        return self.arrays.reward_action
 
     @property
     def outcomes(self) -> Codes:
         """``Outcome`` codes, int8 [B]."""
         self._require_reset()
-        return self.frame.outcomes
+        return self.arrays.outcomes
 
     @property
     def agent_outcomes(self) -> Codes:
         """``Outcome`` codes of all agents, int8 [B, A]."""
         self._require_reset()
-        outcomes: Codes = self.frame.all_codes[0].T
+        outcomes: Codes = self.arrays.all_codes[0].T
         return outcomes
 
     @property
@@ -151,11 +151,11 @@ class Simulator:
         """Return the results of one agent: 0 is the ego, k the learned front vehicle in slot k."""
         self._require_reset()
         _require_index("agent", agent, self.num_agents)
-        frame = self.frame
-        results, outcomes = frame.all_results[:, agent], frame.all_codes[0, agent]
+        arrays = self.arrays
+        results, outcomes = arrays.all_results[:, agent], arrays.all_codes[0, agent]
         terms = self._memory.of_agent(agent, at.TERMS, at.TERMS_SIZE)
         option, action = results[OPTION_RESULTS].T, results[ACTION_RESULTS].T
-        return Results(frame.all_observations[:, agent].T, results[0], option, action, outcomes, terms)
+        return Results(arrays.all_observations[:, agent].T, results[0], option, action, outcomes, terms)
 
     def ahead(self, agent: int) -> tuple[Floats, Floats]:
         """Return the free road [m] to the vehicle ahead of an agent, and how fast it closes [m/s], float64 [B] each.
@@ -178,7 +178,7 @@ class Simulator:
         """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""
         self._require_reset()
         if self._ended:
-            self.next_episode((self.frame.all_codes[0] != RUNNING).all(axis=0))
+            self.next_episode((self.arrays.all_codes[0] != RUNNING).all(axis=0))
 
     def next_episode(self, chosen: Flags | None = None) -> None:
         """Put the chosen rows, bool [B], at the start of the next episode of their seeds; None chooses all."""
@@ -241,8 +241,8 @@ class Simulator:
     def state(self) -> State:
         """Return all that the next steps depend on; see ``restore``."""
         self._require_reset()
-        arrays = self._arrays(self.frame)
-        return {**{name: array.copy() for name, array in arrays.items()}, "ended": count(self._ended)}
+        own = self._state_arrays(self.arrays)
+        return {**{name: array.copy() for name, array in own.items()}, "ended": count(self._ended)}
 
     def restore(self, state: State) -> None:
         """Go on, bit for bit, where a simulator of the same scenario and size has been at ``state``.
@@ -250,16 +250,16 @@ class Simulator:
         Raises:
             InputError: if it is the state of something else.
         """
-        frame = self._frames.take()
-        for name, array in self._arrays(frame).items():
+        arrays = self._pool.take()
+        for name, array in self._state_arrays(arrays).items():
             array[...] = read(state, name, array)
-        self.frame = frame
+        self.arrays = arrays
         self._ended, self._ready = read_count(state, "ended"), True
 
-    def _arrays(self, frame: Frame) -> State:
+    def _state_arrays(self, arrays: StepArrays) -> State:
         own: State = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
-        shown: State = {"observations": frame.all_observations, "results": frame.all_results, "codes": frame.all_codes}
-        return {**own, **shown}
+        own |= {"observations": arrays.all_observations, "results": arrays.all_results, "codes": arrays.all_codes}
+        return own
 
     def _vehicles(self, row: int) -> Floats:
         self._require_reset()
@@ -267,8 +267,8 @@ class Simulator:
         return self._memory.vehicles(row)
 
     def _show(self, parts: int) -> None:
-        """Do these parts of a step and hand out a fresh ``frame``."""
-        self.frame = self._frames.take()
+        """Do these parts of a step and hand out fresh ``arrays``."""
+        self.arrays = self._pool.take()
         self._direction ^= BACKWARDS
         self._run(parts | self._direction)
         if self._ended < 0:
@@ -288,13 +288,13 @@ class Simulator:
     def _run(self, parts: int) -> None:
         """Do these parts of a step; see ``step``."""
         numbers, c, keys, special = self._numbers, self._constants, self._keys, self._special
-        frame = self.frame
-        observations, results, codes = frame.all_observations, frame.all_results, frame.all_codes
+        arrays = self.arrays
+        observations, results, codes = arrays.all_observations, arrays.all_results, arrays.all_codes
         if self._workers is None:
             ended = advance_rows(numbers, c, keys, observations, results, codes, parts, special, 0, self._blocks)
         else:
-            told = self._each_slice(advance_rows, keys, observations, results, codes, parts, special)
-            ended = min(told) if min(told) < 0 else sum(told)
+            counts = self._each_slice(advance_rows, keys, observations, results, codes, parts, special)
+            ended = min(counts) if min(counts) < 0 else sum(counts)
         self._ended = ended
         if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, keys, self._history, self.num_rows)

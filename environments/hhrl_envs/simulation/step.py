@@ -8,7 +8,7 @@ from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced, unsi
 from hhrl_envs.simulation.engine.layout import WAITING, locate
 from hhrl_envs.simulation.feasibility import drive_shadow
 from hhrl_envs.simulation.outcomes import judge, keep_band, switch_lines
-from hhrl_envs.simulation.reset import begin
+from hhrl_envs.simulation.reset import reset_due
 from hhrl_envs.simulation.rewards import reward
 from hhrl_envs.simulation.sensing import measure, observe
 from hhrl_envs.simulation.traffic import drive_front, drive_traffic
@@ -68,7 +68,7 @@ def prepare(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
 
 
 @spliced
-def judge_all(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
+def measure_and_judge(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     """Write what every agent measures, and its outcome."""
     for agent in range(unsigned(c[at.AGENTS])):
         own = s + agent * at.VEHICLE
@@ -113,9 +113,9 @@ def move(m: Floats, s: int, r: int, c: Floats, special: bool | None, lanes: int)
 
 
 @spliced
-def appraise(m: Floats, s: int, r: int, c: Floats, special: bool | None, lanes: int) -> None:
+def measure_and_reward(m: Floats, s: int, r: int, c: Floats, special: bool | None, lanes: int) -> None:
     """Write what the agents of a block measure, their outcomes and their rewards."""
-    judge_all(m, s, r, c, lanes)
+    measure_and_judge(m, s, r, c, lanes)
     if special is not None:
         judge_adversary(m, s, r, c, lanes)
     for agent in range(unsigned(c[at.AGENTS])):
@@ -155,9 +155,9 @@ def advance_rows(
         if parts & MOVE:
             move(m, s, r, c, special, lanes)
         if parts & BEGIN:
-            still_open += begin(m, s, r, keys, first, c, special, lanes)
+            still_open += reset_due(m, s, r, keys, first, c, special, lanes)
         if parts & SHOW:
-            appraise(m, s, r, c, special, lanes)
+            measure_and_reward(m, s, r, c, special, lanes)
             ended += hand_out(m, s, observations, results, codes, first, lanes)
     return -1 if still_open > 0 else ended
 

@@ -19,7 +19,7 @@ RENDER_MODES = ("human", "rgb_array")
 
 
 def as_render_mode(mode: str | None) -> str | None:
-    """Return the render mode."""
+    """Return the render mode if it is one of ``RENDER_MODES`` or None, else raise an ``InputError``."""
     require_value(mode in (None, *RENDER_MODES), "render_mode", repr(mode), "None, 'human' or 'rgb_array'")
     return mode
 
@@ -46,7 +46,7 @@ def as_seeds(seed: int | Sequence[int] | None, rows: int) -> NDArray[np.uint64]:
 
 
 def as_flag(flag: bool, name: str) -> bool:
-    """Return whether something is wanted."""
+    """Return the flag as a bool; raise an ``InputError`` if it is none."""
     require_value(isinstance(flag, (bool, np.bool_)), name, repr(flag), "True or False")
     return bool(flag)
 
@@ -60,7 +60,7 @@ def as_option(option: int | None) -> Option | None:
 
 
 def as_agent(agent: str, agents: Sequence[str]) -> str:
-    """Return the name of an agent."""
+    """Return the name of an agent if it is one of ``agents``, else raise an ``InputError``."""
     require_value(agent in agents, "agent", repr(agent), f"one of {list(agents)}")
     return agent
 
@@ -127,7 +127,7 @@ class Pedals:
 
 
 def driver(scenario: Scenario, continuous_actions: bool) -> Levels | Pedals:
-    """Return what the actions of a view mean."""
+    """Return what the actions of a view mean: `Pedals` if they are continuous, else `Levels`."""
     return (Pedals if as_flag(continuous_actions, "continuous_actions") else Levels)(scenario)
 
 

@@ -123,13 +123,13 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         """Return observations, r^task, terminations, truncations and infos after one step of every row."""
         simulator = self.simulator
         simulator.step(self._actions.batch(actions, self.num_envs), autoreset=True)
-        frame = simulator.frame
+        arrays = simulator.arrays
         infos = {
-            "reward_option": frame.reward_option,
-            "reward_action": frame.reward_action,
-            "outcome": frame.outcomes,
+            "reward_option": arrays.reward_option,
+            "reward_action": arrays.reward_action,
+            "outcome": arrays.outcomes,
         }
-        return frame.observations, frame.rewards, frame.terminations, frame.truncations, infos
+        return arrays.observations, arrays.rewards, arrays.terminations, arrays.truncations, infos
 
 
 def gym_id(scenario_id: str) -> str:

@@ -100,8 +100,8 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             self._seeded = True
         self.agents = list(self.possible_agents)
         if self._renderer is not None:
-            self._renderer.begin()
-        self._look()
+            self._renderer.reset()
+        self._bind_results()
         infos = {agent: reset_info(self.simulator, 0) for agent in self.agents}
         return {agent: own[0].copy() for agent, own in self._own.items()}, infos
 
@@ -109,7 +109,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         """Return observations, rewards, terminations, truncations and infos of the live agents after one step."""
         live = self.agents
         if not live or not isinstance(actions, dict) or len(actions) != len(live):
-            self._refuse(actions)
+            self._refuse_step(actions)
             return {}, {}, {}, {}, {}
         slots, acceleration = self._slots, self._actions.acceleration
         try:
@@ -117,10 +117,10 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         except KeyError:
             raise bad_agents(actions, live) from None
         self.simulator.step_row(targets)
-        told = self._tell(live)
+        collected = self._collect(live)
         if self._renderer is not None:
             self._renderer.follow()
-        return told
+        return collected
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture of the road, uint8 [H, W, 3]; None without a render mode and where a window shows it."""
@@ -140,7 +140,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         """
         if not self._seeded:
             raise InputError("state before reset; call reset(seed=...) first")
-        return self.simulator.frame.all_observations[:, :, 0].T.ravel()
+        return self.simulator.arrays.all_observations[:, :, 0].T.ravel()
 
     def close(self) -> None:
         """Close the window, where there is one."""
@@ -150,26 +150,26 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         if self._seeded:
-            self._look()
+            self._bind_results()
 
-    def _look(self) -> None:
+    def _bind_results(self) -> None:
         """Note where in the simulator's results those of each agent lie: views, so a copy of the view looks anew."""
-        frame = self.simulator.frame
+        arrays = self.simulator.arrays
         for agent, slot in self._slots.items():
             own = (..., slot, 0)
-            results = frame.all_results[own]
+            results = arrays.all_results[own]
             self._own[agent] = (
-                frame.all_observations[own],
+                arrays.all_observations[own],
                 results,
                 results[OPTION_RESULTS],
                 results[ACTION_RESULTS],
-                frame.all_codes[own],
+                arrays.all_codes[own],
             )
 
-    def _tell(self, live: list[str]) -> Step:
+    def _collect(self, live: list[str]) -> Step:
         """Return what the agents that were live before the step get from it, and let those leave that have ended."""
-        told: Step = ({}, {}, {}, {}, {})
-        observations, rewards, terminations, truncations, infos = told
+        collected: Step = ({}, {}, {}, {}, {})
+        observations, rewards, terminations, truncations, infos = collected
         for agent in live:
             observation, results, option, action, codes = self._own[agent]
             info: Info = {"reward_option": option.copy(), "reward_action": action.copy()}
@@ -182,9 +182,9 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
                 info["outcome"] = _OUTCOMES[outcome]
                 if agent == EGO:
                     info["feasible"] = bool(self.simulator.feasible[0])
-        return told
+        return collected
 
-    def _refuse(self, actions: Any) -> None:
+    def _refuse_step(self, actions: Any) -> None:
         """Raise an error for a step that cannot be; one without agents and actions is the only one that is left."""
         if not self._seeded:
             raise InputError("step before reset; call reset(seed=...) first")

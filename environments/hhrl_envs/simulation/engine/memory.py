@@ -82,11 +82,11 @@ def _vehicle(slot: int) -> int:
     return count_fields(at.ROW) + slot * count_fields(at.VEHICLE)
 
 
-_MOST = 3  # frames kept: what a step hands out, what it replaces, and one in use elsewhere
+_MOST = 3  # sets of arrays kept: what a step hands out, what it replaces, and one in use elsewhere
 
 
-class Frame(NamedTuple):
-    """What the agents of all B rows get from a step; what is to be kept are its arrays, not the frame.
+class StepArrays(NamedTuple):
+    """What the agents of all B rows get from a step; keep its arrays, not this tuple of them.
 
     Attributes:
         all_observations, all_results, all_codes: what the kernel fills, float32 [SIZE, A, B], float64 [RESULTS_SIZE, A,
@@ -111,34 +111,34 @@ class Frame(NamedTuple):
     truncations: Flags
 
     def __reduce__(self) -> Any:
-        """Return how to copy or unpickle a frame, so that its views are views again."""
-        return frame_of, self[:3]
+        """Return how to copy or unpickle it, so that its views are views again."""
+        return arrays_of, self[:3]
 
 
-class Frames:
-    """Hands out frames for ``agents`` agents in ``rows`` rows, none while somebody holds one of its arrays."""
+class ArrayPool:
+    """Hands out arrays for ``agents`` agents in ``rows`` rows, none of them while somebody holds one."""
 
     def __init__(self, agents: int, rows: int) -> None:
         self._shape = agents, rows
-        self._frames: list[tuple[Frame, int]] = []
+        self._kept: list[tuple[StepArrays, int]] = []
 
-    def take(self) -> Frame:
-        """Return a frame with arbitrary contents that nobody else has."""
-        for place, (frame, free) in enumerate(self._frames):
-            if sum(map(getrefcount, frame)) == free:
-                self._frames.insert(1, self._frames.pop(place))  # two go to and fro: the last but one comes first
-                return frame
+    def take(self) -> StepArrays:
+        """Return arrays with arbitrary contents that nobody else has."""
+        for place, (arrays, free) in enumerate(self._kept):
+            if sum(map(getrefcount, arrays)) == free:
+                self._kept.insert(1, self._kept.pop(place))  # two go to and fro: the last but one comes first
+                return arrays
         observations = np.empty((observation.SIZE, *self._shape), np.float32)
         results, codes = np.empty((at.RESULTS_SIZE, *self._shape)), np.empty((3, *self._shape), np.int8)
-        fresh = frame_of(observations, results, codes)
+        fresh = arrays_of(observations, results, codes)
         del observations, results, codes
-        self._frames = [*self._frames[: _MOST - 1], (fresh, sum(map(getrefcount, fresh)))]
+        self._kept = [*self._kept[: _MOST - 1], (fresh, sum(map(getrefcount, fresh)))]
         return fresh
 
 
-def frame_of(observations: Floats32, results: Floats, codes: Codes) -> Frame:
-    """Return the frame of what the kernel fills."""
+def arrays_of(observations: Floats32, results: Floats, codes: Codes) -> StepArrays:
+    """Return what the kernel fills, with its views."""
     ego, flags = results[:, 0], codes[:, 0].view(np.bool_)
     option, action = ego[OPTION_RESULTS].T, ego[ACTION_RESULTS].T
     views = (observations[:, 0].T, ego[0], option, action, codes[0, 0], flags[1], flags[2])
-    return Frame(observations, results, codes, *views)
+    return StepArrays(observations, results, codes, *views)

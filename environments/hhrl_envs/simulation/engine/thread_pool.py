@@ -20,9 +20,9 @@ class _Work:
     def __init__(self, function: Callable[..., Any], calls: Sequence[Call]) -> None:
         left = deque(calls)
         self._function, self._count, self.from_first, self.from_last = function, len(calls), left.popleft, left.pop
-        self._told: SimpleQueue[Any] = SimpleQueue()
+        self._results: SimpleQueue[Any] = SimpleQueue()
 
-    def share(self, take: Callable[[], Call]) -> None:
+    def do_calls(self, take: Callable[[], Call]) -> None:
         """Do calls, taken ``from_first`` or ``from_last`` on, until none is left."""
         while True:
             try:
@@ -30,13 +30,13 @@ class _Work:
             except IndexError:
                 return
             try:
-                self._told.put(self._function(*call))
+                self._results.put(self._function(*call))
             except BaseException as error:  # noqa: BLE001  (the caller raises it)
-                self._told.put(error)
+                self._results.put(error)
 
-    def told(self) -> list[Any]:
+    def results(self) -> list[Any]:
         """Return what all calls returned, in any order, once they are done; an error in any of them is raised."""
-        results = [self._told.get() for _ in range(self._count)]
+        results = [self._results.get() for _ in range(self._count)]
         for result in results:
             if isinstance(result, BaseException):
                 raise result
@@ -65,10 +65,10 @@ class Workers:
         work = _Work(function, calls)
         for _ in range(self._count):
             self._tasks.put(work)
-        work.share(work.from_first)
-        return work.told()
+        work.do_calls(work.from_first)
+        return work.results()
 
 
 def _work(tasks: "SimpleQueue[_Work | None]") -> None:
     while (work := tasks.get()) is not None:
-        work.share(work.from_last)
+        work.do_calls(work.from_last)

@@ -3,24 +3,25 @@ import copy
 import numpy as np
 
 from hhrl_envs import Simulator
-from hhrl_envs.simulation.engine.memory import Frames
+from hhrl_envs.simulation.engine.layout import OPTION_RESULTS
+from hhrl_envs.simulation.engine.memory import ArrayPool
 
 
-def test_a_frame_is_handed_out_again_only_when_nobody_holds_a_part_of_it() -> None:
-    frames = Frames(agents=2, rows=5)
-    first = frames.take()
-    kept, address = first.all_results[1:3].T, first.all_results.ctypes.data
+def test_arrays_are_handed_out_again_only_when_nobody_holds_one_of_them() -> None:
+    pool = ArrayPool(agents=2, rows=5)
+    first = pool.take()
+    kept, address = first.all_results[OPTION_RESULTS].T, first.all_results.ctypes.data
     del first
-    assert all(frames.take().all_results.ctypes.data != address for _ in range(5))
+    assert all(pool.take().all_results.ctypes.data != address for _ in range(5))
     del kept
-    flags = frames.take().terminations
-    assert frames.take().terminations is not flags
+    flags = pool.take().terminations
+    assert pool.take().terminations is not flags
 
 
-def test_a_frame_that_nobody_holds_is_filled_again() -> None:
-    frames = Frames(agents=1, rows=5)
-    address = frames.take().all_codes.ctypes.data
-    assert frames.take().all_codes.ctypes.data == address
+def test_arrays_that_nobody_holds_are_filled_again() -> None:
+    pool = ArrayPool(agents=1, rows=5)
+    address = pool.take().all_codes.ctypes.data
+    assert pool.take().all_codes.ctypes.data == address
 
 
 def test_a_copied_simulator_hands_out_views_of_its_own_results() -> None:
@@ -29,7 +30,7 @@ def test_a_copied_simulator_hands_out_views_of_its_own_results() -> None:
     twin = copy.deepcopy(simulator)
     for one in (simulator, twin):
         one.step([5, 5, 5])
-    assert np.shares_memory(twin.frame.observations, twin.frame.all_observations)
+    assert np.shares_memory(twin.arrays.observations, twin.arrays.all_observations)
     np.testing.assert_array_equal(twin.observations, simulator.observations)
 
 
