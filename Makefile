@@ -39,13 +39,13 @@ docs: .venv/installed-docs
 	$(BIN)/python docs/api.py site
 
 interop: .venv-ray/installed-interop
-	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/test_interop_rllib.py
+	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/views/test_interop_rllib.py
 
 cluster: .venv-ray/installed-interop
-	.venv-ray/bin/pytest -o filterwarnings=error tests/bench/test_ray_cluster.py
+	.venv-ray/bin/pytest -o filterwarnings=error tests/bench/execution/test_ray_cluster.py
 
 kills: .venv/installed-dev
-	HHRL_KILLS=20 $(BIN)/pytest tests/bench/test_killed_sweeps.py
+	HHRL_KILLS=20 $(BIN)/pytest tests/bench/execution/test_killed_sweeps.py
 
 .venv/installed-%: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv

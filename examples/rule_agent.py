@@ -33,7 +33,8 @@ class Patient:
         state = to_si(observations)
         free = np.where(option == Option.FFV, state[:, D_F] - 4.0 - state[:, V_E], state[:, D_D] - 1.0)
         wanted = 2.0 * (np.sqrt(2.0 * np.maximum(free, 0.0)) - state[:, V_E])
-        return np.abs(wanted[:, None] - self._levels).argmin(axis=1)
+        nearest: Ints = np.abs(wanted[:, None] - self._levels).argmin(axis=1)
+        return nearest
 
 
 register_rule("rule-patient", Patient)

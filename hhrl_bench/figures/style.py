@@ -226,9 +226,7 @@ def lines(agents: Sequence[str]) -> dict[str, Line]:
     return {agent: Line(agent, look.colour, look.dashes) for agent, look in looks(agents).items()}
 
 
-SUB_GOAL_NAMES: dict[OptionName, str] = {
-    goal.name: f"{goal.title.replace('stop-line', 'line')} ({goal.spelling})" for goal in SUB_GOALS
-}
+SUB_GOAL_NAMES: dict[OptionName, str] = {goal.name: f"{goal.title} ({goal.spelling})" for goal in SUB_GOALS}
 """Of the sub-goals by their words; a legend has room for short ones."""
 SUB_GOAL_COLOURS: dict[OptionName, str] = {goal.name: "#{:02X}{:02X}{:02X}".format(*goal.colour) for goal in SUB_GOALS}
 LEVEL_NAMES: dict[LevelName, str] = {"option": "$r^{option}$", "action": "$r^{action}$", "task": "$r^{task}$"}

@@ -22,7 +22,7 @@ NO_ATTENTION = "No attention: only agents that learned an attention(observations
 
 
 def print_analysis(console: Console, record: AnalysisRecord) -> None:
-    """Return nothing; print the tables, and a line in place of what the agent does not have."""
+    """Print the tables, and a line in place of what the agent does not have."""
     parts: list[Table | str] = [f"{named(record)}, {record.task.episodes:,} test episodes"]
     parts += [FLAT] if record.option_usage is None else [_usage(record.option_usage), _places(record.option_usage)]
     parts += [_levels(record.level_rewards)]

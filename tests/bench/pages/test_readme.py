@@ -10,7 +10,7 @@ from hhrl_bench.evaluation.records import MetricRecord
 from hhrl_bench.leaderboard.entry import read_entry
 from support.command_line import invoke
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PAGES = ("README.md", "environments/README.md")
 COMMANDED = (
     "README.md",

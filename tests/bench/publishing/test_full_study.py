@@ -10,7 +10,7 @@ from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.tables.results import worst_run
 from hhrl_bench.tables.success import success_cell
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 BOARD = read_entry(ROOT / "leaderboards" / "full.json")
 RESULTS = {(result.task, result.agent): result for result in BOARD.results}
 LEARNED = ("ddqn", "ddqn-plus", "hybrid-hrl", "hybrid-hrl-plus", "pqn")

@@ -23,7 +23,7 @@ from hhrl_bench.tasks.tasks import TEST, VALIDATION
 from hhrl_envs import SCENARIOS, get_scenario
 from support.command_line import invoke
 
-FOLDER = Path(__file__).parents[2] / "leaderboards" / "calibration"
+FOLDER = Path(__file__).parents[3] / "leaderboards" / "calibration"
 PUBLISHED = ResidualsRecord.model_validate_json((FOLDER / RESIDUALS).read_bytes())
 FOUND = ParametersRecord.model_validate_json((FOLDER / PARAMETERS).read_bytes())
 WORLD = get_scenario(space.SCENARIO_ID)

@@ -12,7 +12,7 @@ from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.statistics.intervals import bootstrap_mean
 from hhrl_bench.training.learning_curves import Curve, area
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "REPLICATION.md").read_text()
 BOARD = read_entry(ROOT / "leaderboards" / "paper.json")
 RESULTS = {result.agent: result.metrics for result in BOARD.results}

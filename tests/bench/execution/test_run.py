@@ -148,7 +148,7 @@ def test_no_worker_outlives_a_driver_that_is_killed(tmp_path: Path) -> None:
     )
     script = tmp_path / "driver.py"
     script.write_text(code)
-    paths = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path])}
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), *sys.path])}
     units = [ScriptedUnit(name, tmp_path) for name in "ab"]
     with subprocess.Popen([sys.executable, str(script)], env=paths, stderr=subprocess.DEVNULL) as driver:
         wait_until(lambda: all(unit.pids() for unit in units))

@@ -29,7 +29,7 @@ from hhrl_envs import InputError
 from hhrl_envs.scenario import registry
 from support.command_line import invoke
 
-FOLDER = Path(__file__).parents[2] / "leaderboards"
+FOLDER = Path(__file__).parents[3] / "leaderboards"
 EXTENSION = '''"""A metric and a scenario of a user."""
 
 from dataclasses import replace

@@ -18,7 +18,7 @@ from hhrl_bench.verification.verify import verify
 from hhrl_envs import get_scenario
 from support.command_line import invoke
 
-FOLDER = Path(__file__).parents[2] / "leaderboards"
+FOLDER = Path(__file__).parents[3] / "leaderboards"
 FOR_NO_BOARD = {"follow-only", "adversary", "platoon"}  # a part of option-only, an opponent, a driver of all vehicles
 SCHEMA = FOLDER / "schema.json"
 EACH_BOARD = pytest.mark.parametrize("path", entry_paths(FOLDER), ids=lambda path: path.stem)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "architecture.md").read_text()
 PACKAGES = {"hhrl_bench": ROOT, "hhrl_agents": ROOT / "agents", "hhrl_envs": ROOT / "environments"}
 FOLDERS = [

@@ -69,7 +69,7 @@ def test_the_published_figures() -> None:
 
 
 def test_the_replication_report_says_what_comes_out() -> None:
-    page = (Path(__file__).parents[2] / "REPLICATION.md").read_text()
+    page = (Path(__file__).parents[3] / "REPLICATION.md").read_text()
     said = {"recovered": "recovered", "default": "used here", "both": "both"}
     said |= {name: f"{name}, the others free" for name in PAPER if name not in said}
     for name, reading in PAPER.items():
