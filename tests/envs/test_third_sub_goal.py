@@ -53,12 +53,12 @@ def measure_keep(m, s, c, lanes):
         derive_keep(m, s + i, c)
 
 
-@inlined
+@spliced
 def failed_keep(m, s):
     return m[s + D_K] < -1.0
 
 
-@inlined
+@spliced
 def penalty_keep(m, s, sigma_3):
     return -m[s + at.V_E]
 

@@ -313,10 +313,9 @@ class Simulator:
             self._aim_at(given.astype(np.float64))
             return
         chosen = np.asarray(given.T, np.int64).ravel()
-        bad = aim(self._numbers, self._constants, chosen, self._levels)
-        if bad >= 0:
+        if not aim(self._numbers, self._constants, chosen, self._levels):
             levels = f"write 0 to {self.scenario.num_actions - 1}"
-            agent, row = divmod(bad, self.num_rows)
+            agent, row = divmod(int(np.flatnonzero((chosen < 0) | (chosen >= len(self._levels)))[0]), self.num_rows)
             action = given[row] if self.num_agents == 1 else given[row, agent]
             raise InputError(f"action {action} of row {row} is not a level of {self.scenario.id!r}; {levels}")
 

@@ -16,33 +16,21 @@ from hhrl_envs.sub_goals import RUNNING, TIMEOUT
 
 
 @kernel
-def aim(m: Floats, c: Floats, actions: Ints, levels: Floats) -> int:
-    """Make ``actions``, int64 [agent x row], the agents' targets and return -1.
-
-    If one is no level nothing is changed, and its place among all of them is returned.
-    """
+def aim(m: Floats, c: Floats, actions: Ints, levels: Floats) -> bool:
+    """Return whether ``actions``, int64 [agent x row], are all levels; if so, make them the agents' targets."""
     agents, count, wrong = int(c[at.AGENTS]), unsigned(levels.size), False
     rows = actions.size // agents
     for place in range(actions.size):
         wrong |= unsigned(actions[place]) >= count  # so is what is negative
     if wrong:
-        return first_wrong(actions, levels.size)
+        return False
     for agent in range(agents):
         for first in range(0, rows, at.LANES):
             target = locate(unsigned(first // at.LANES), c)[0] + unsigned(agent) * at.VEHICLE + at.TARGET
             given = unsigned(agent * rows + first)
             for i in range(unsigned(min(at.LANES, rows - first))):
                 m[target + i] = levels[unsigned(actions[given + i])]
-    return -1
-
-
-@inner
-def first_wrong(actions: Ints, levels: int) -> int:
-    """Return the place of the first action outside 0 to ``levels`` - 1."""
-    place = 0
-    while (actions[place] >= 0) & (actions[place] < levels):
-        place += 1
-    return place
+    return True
 
 
 @spliced

@@ -11,7 +11,7 @@ from hhrl_envs.arrays import Floats
 from hhrl_envs.scenario.profiles import Range
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.engine import layout as at
-from hhrl_envs.simulation.engine.compilation import inlined, inner
+from hhrl_envs.simulation.engine.compilation import inner, spliced
 from hhrl_envs.simulation.traffic import HARDEST_DECEL
 from hhrl_envs.sub_goals import SUB_GOALS, Option
 
@@ -78,13 +78,13 @@ def derive_stop(m: Floats, s: int, c: Floats) -> None:
     m[s + D_DC], m[s + DC_RATIO] = stop_distances(m[s + at.V_E], m[s + D_D], c[at.PER_TWICE_DECEL])
 
 
-@inlined
+@spliced
 def failed_stop(m: Floats, s: int) -> bool:
     """Return whether the front bumper has passed the active line."""
     return bool(m[s + D_D] < 0.0)
 
 
-@inlined
+@spliced
 def penalty_stop(m: Floats, s: int, sigma_3: float) -> float:  # noqa: ARG001
     """Return -v_e^2."""
     speed = m[s + at.V_E]
@@ -133,13 +133,13 @@ def derive_follow(m: Floats, s: int, c: Floats) -> None:
     m[s + D_FC], m[s + FC_RATIO] = follow_distances(m[s + at.V_E], m[s + D_F], m[s + V_F], per_twice_decel, safe_gap)
 
 
-@inlined
+@spliced
 def failed_follow(m: Floats, s: int) -> bool:
     """Return whether the front vehicle has been touched."""
     return bool(m[s + D_F] <= 0.0)
 
 
-@inlined
+@spliced
 def penalty_follow(m: Floats, s: int, sigma_3: float) -> float:  # noqa: ARG001
     """Return -sigma_3."""
     return -sigma_3
