@@ -67,7 +67,7 @@ class SubGoal:
     Attributes:
         option: its option; the code is its column in ``reward_option`` and ``reward_action``.
         name: the word for it on the command line and in files, such as ``"stop"``.
-        title: what it asks for, such as "stop at the stop-line".
+        title: what it asks for, such as "stop at the line".
         exists: whether a ``Scenario`` has it; where it does not, its option is masked.
         elements: the elements that it adds to the state.
         distance, critical, ratio: the symbols of three of them: its target distance d; d_c = d - d_s, where d_s is its
@@ -122,7 +122,7 @@ _STOPPING_SHARE = "the same as a share of the stopping distance, floored at 0.5 
 SSL = SubGoal(
     option=Option.SSL,
     name="stop",
-    title="stop at the stop-line",
+    title="stop at the line",
     exists=_has_line,
     elements=(
         Element("d_d", "m", _DISTANCE, "up to 100 m", _TO_LINE, noise="distance"),

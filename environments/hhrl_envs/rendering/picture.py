@@ -185,7 +185,7 @@ def _draw_read_out(canvas: Canvas, snapshot: Snapshot) -> None:
     for row, goal in enumerate(offered):
         y, selected = 172 + pitch * row, snapshot.option is goal.option
         canvas.rect(WIDTH - 240, y, 226, pitch - 5, goal.colour if selected else PALE, radius=(pitch - 5) / 2)
-        words = f"{goal.spelling}: {goal.title.replace('the ', '')}"
+        words = f"{goal.spelling}: {goal.title}"
         canvas.text(WIDTH - 127, y + (pitch - 5) / 2, words, 19, INK if selected else GREY, "c")
 
 
