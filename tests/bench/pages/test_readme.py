@@ -18,7 +18,6 @@ COMMANDED = (
     "docs/training.md",
     "docs/traffic.md",
     "docs/transfer.md",
-    "docs/extending.md",
 )
 SLOW = tuple(
     f"hhrl-bench {verb}"
