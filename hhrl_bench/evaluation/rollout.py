@@ -14,6 +14,9 @@ from hhrl_envs.arrays import Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.simulation.simulator import Results
 
 
+RUNNING = int(Outcome.RUNNING)  # a plain integer, which numpy compares with quickly
+
+
 @dataclass(frozen=True)
 class Step:
     """A step of B worlds, in which an agent drives V vehicles, as many in every world; those of a world side by side.
@@ -100,8 +103,8 @@ class Rollout:
         """Yield every step, of all worlds at once; ended episodes stay as they are, and earn nothing."""
         simulator, drivers = self.simulator, self._drivers
         results = drivers.results(simulator)
-        while (simulator.agent_outcomes == Outcome.RUNNING).any():
-            before, running = results.observations, results.outcomes == Outcome.RUNNING
+        while (simulator.agent_outcomes == RUNNING).any():
+            before, running = results.observations, results.outcomes == RUNNING
             decision = self._agent.act(before)
             driven = drivers.actions(simulator, decision.action)
             simulator.step(driven)
