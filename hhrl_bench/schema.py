@@ -1,4 +1,4 @@
-"""What the records of all files share: types of fields, strictness, and how a wrong one is told in one line."""
+"""What the records of all files share: types of fields, strictness, and what is said of a wrong one, in one line."""
 
 import hashlib
 import math

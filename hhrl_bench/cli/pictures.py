@@ -54,8 +54,8 @@ def watch(
     drawn: Iterable[tuple[Path, Outcome]]
     if failed is None:
         chosen, held = get_task(task).against(opponent), option_name(option)
-        player = load_agent(agent, chosen)
-        drawn = [(out, films.watch(player, chosen, out, episode or 0, OPTIONS[held] if held else None))]
+        loaded = load_agent(agent, chosen)
+        drawn = [(out, films.watch(loaded, chosen, out, episode or 0, OPTIONS[held] if held else None))]
     else:
         drawn = films.film_failures(read_entry(entry), Store(entry.parent), agent, task, failed, out)
     path = None

@@ -14,7 +14,7 @@ from hhrl_envs.arrays import Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.simulation.simulator import Results
 
 
-RUNNING = int(Outcome.RUNNING)  # a plain integer, which numpy compares with quickly
+_RUNNING = int(Outcome.RUNNING)  # a plain integer, which numpy compares with quickly
 
 
 @dataclass(frozen=True)
@@ -103,8 +103,8 @@ class Rollout:
         """Yield every step, of all worlds at once; ended episodes stay as they are, and earn nothing."""
         simulator, drivers = self.simulator, self._drivers
         results = drivers.results(simulator)
-        while (simulator.agent_outcomes == RUNNING).any():
-            before, running = results.observations, results.outcomes == RUNNING
+        while (simulator.agent_outcomes == _RUNNING).any():
+            before, running = results.observations, results.outcomes == _RUNNING
             decision = self._agent.act(before)
             driven = drivers.actions(simulator, decision.action)
             simulator.step(driven)

@@ -143,8 +143,8 @@ def _draw_options(canvas: Canvas, chart: Chart, snapshots: Sequence[Snapshot]) -
         if now.option is not None:
             left, right = chart.x(now.time), chart.x(after.time)
             canvas.rect(left, chart.bottom - 3, right - left, 6, OPTION_COLOURS[now.option])
-    told = ", ".join(f"{_COLOUR_WORDS[goal.colour]} {goal.spelling}" for goal in SUB_GOALS)
-    canvas.text(chart.x(snapshots[-1].time), chart.legend, f"bar on the axis: the option, {told}", 18, GREY, "r")
+    colours = ", ".join(f"{_COLOUR_WORDS[goal.colour]} {goal.spelling}" for goal in SUB_GOALS)
+    canvas.text(chart.x(snapshots[-1].time), chart.legend, f"bar on the axis: the option, {colours}", 18, GREY, "r")
 
 
 def _times(snapshots: Sequence[Snapshot]) -> list[float]:

@@ -118,8 +118,8 @@ def _says(path: Path, board: LeaderboardRecord) -> bool:
 
 def entry_schema() -> str:
     """Return the JSON schema of leaderboards (draft 2020-12), as text."""
-    told = {"$schema": GenerateJsonSchema.schema_dialect, **LeaderboardRecord.model_json_schema()}
-    return json.dumps(told, indent=2) + "\n"
+    schema = {"$schema": GenerateJsonSchema.schema_dialect, **LeaderboardRecord.model_json_schema()}
+    return json.dumps(schema, indent=2) + "\n"
 
 
 def read_entry(path: Path) -> LeaderboardRecord:
