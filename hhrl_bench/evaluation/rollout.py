@@ -13,7 +13,6 @@ from hhrl_envs import Option, Outcome, Scenario, Simulator
 from hhrl_envs.arrays import Flags, Floats, Floats32, Ints, Keys
 from hhrl_envs.simulation.simulator import Results
 
-
 _RUNNING = int(Outcome.RUNNING)  # a plain integer, which numpy compares with quickly
 
 
