@@ -6,7 +6,7 @@ INPUTS ?= 100000
 .PHONY: help bench test lint fuzz benchmark docs interop cluster kills
 
 help:
-	@echo "make bench      score the agents of the quick suite, print and write their leaderboard"
+	@echo "make bench      score the agents of the quick suite, print their leaderboard and compare it with the published one"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
 	@echo "make fuzz       give hostile input to all that reads some, INPUTS times"

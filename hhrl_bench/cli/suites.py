@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from hhrl_bench.leaderboard.record import LeaderboardRecord
     from hhrl_bench.suites.study import Study
 
+SHOWN_DIFFERENCES = 10
+"""How many differences from a published leaderboard are shown."""
+
 suites_app = typer.Typer()
 
 
@@ -62,12 +65,7 @@ def run(
     status: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Run nothing: say how far the suite with this --work folder is.")
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Leaderboard file.", show_default="leaderboards/SUITE.json; with --agent entry.json in --work"
-        ),
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Leaderboard file.", show_default="entry.json in --work")] = None,
     work: Annotated[
         Path | None,
         typer.Option(help="Folder of its trainings.", show_default="runs/SUITE; with --agent runs/SUITE-agents"),
@@ -77,7 +75,10 @@ def run(
     address: AddressOption = None,
     unit_timeout: UnitTimeoutOption = None,
 ) -> None:
-    """Run a suite, print its table and write its leaderboard; what was stopped goes on; exit code 1 if a unit fails."""
+    """Run a suite, print and write its leaderboard, and compare it with the published one; exit code 1 if a unit fails.
+
+    A run that was stopped goes on if the command is repeated.
+    """
     from hhrl_bench.cli.live_view import print_status
     from hhrl_bench.evaluation.loading import require_playable
     from hhrl_bench.execution.progress_folder import ProgressFolder
@@ -93,16 +94,16 @@ def run(
     chosen = get_suite(suite)
     if agent:
         folder = work or Path("runs") / f"{suite}-agents"
-        path = out or folder / "entry.json"
         words = ["hhrl-bench", "run", "--suite", suite, *(word for one in agent for word in ("--agent", one))]
         study = suite_study(ScoreSuite(chosen.id, tuple(agent), chosen.tasks, chosen.episodes), folder)
         study = replace(study, command=shlex.join(words))
         require_playable(agent, get_task(chosen.tasks[0]))
     else:
         folder = work or Path("runs") / suite
-        path = out or Path("leaderboards") / f"{suite}.json"
         study = suite_study(chosen, folder)
-    _publish(study, path, folder, execution)
+    board = _publish(study, out or folder / "entry.json", folder, execution)
+    if not agent:
+        _compare(board, Path("leaderboards") / f"{suite}.json")
 
 
 @suites_app.command()
@@ -178,8 +179,8 @@ def _execution(executor: Executor, workers: int | None, address: str | None, uni
     return Execution("ray" if executor is Executor.RAY else "local", workers or os.cpu_count() or 1, address, patience)
 
 
-def _publish(study: "Study", path: Path, folder: Path, execution: "Execution") -> None:
-    """Do a study, write and print its leaderboard; leave with exit code 1 if a unit has failed."""
+def _publish(study: "Study", path: Path, folder: Path, execution: "Execution") -> "LeaderboardRecord":
+    """Do a study, write, print and return its leaderboard; leave with exit code 1 if a unit has failed."""
     from hhrl_agents.atomic_files import require_writable
     from hhrl_bench.execution.progress_folder import ProgressFolder
     from hhrl_bench.leaderboard.entry import publish_entry
@@ -195,6 +196,24 @@ def _publish(study: "Study", path: Path, folder: Path, execution: "Execution") -
     written = publish_entry(board, path, study.store)
     print_leaderboard(console(), board)
     typer.echo(f"wrote {path}" if written else f"{path} holds the same results already", err=True)
+    return board
+
+
+def _compare(board: "LeaderboardRecord", published: Path) -> None:
+    """Say whether a leaderboard equals the published one but for its provenance, else where they differ."""
+    from hhrl_bench.leaderboard.entry import compare_entries, read_entry
+
+    if not published.exists():
+        return
+    found = list(compare_entries(read_entry(published), board))
+    if not found:
+        typer.echo(f"equal to the published {published}, digit for digit")
+        return
+    typer.echo(f"differs from the published {published} in {len(found)} place{'s'[: len(found) - 1]}:")
+    for finding in found[:SHOWN_DIFFERENCES]:
+        typer.echo(f"  {finding}")
+    if len(found) > SHOWN_DIFFERENCES:
+        typer.echo(f"  and {len(found) - SHOWN_DIFFERENCES} more")
 
 
 def _do(study: "Study", execution: "Execution", progress: "ProgressFolder | None" = None) -> "LeaderboardRecord | None":

@@ -14,7 +14,7 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.records import TaskRecord, TimedResult
 from hhrl_bench.evaluation.results import wall_seconds
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard.findings import Finding
+from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord, derived_fields
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import SCHEMA_VERSION, first_problem
@@ -111,9 +111,15 @@ def _text(board: LeaderboardRecord) -> str:
 
 def _says(path: Path, board: LeaderboardRecord) -> bool:
     try:
-        return read_entry(path).model_copy(update={"provenance": board.provenance}) == board
+        return not any(compare_entries(read_entry(path), board))
     except RecordError:
         return False
+
+
+def compare_entries(published: LeaderboardRecord, found: LeaderboardRecord) -> Iterator[Finding]:
+    """Yield every number or word in which a leaderboard differs from a published one, but for their provenance."""
+    texts = (board.model_dump_json(exclude={"provenance"}) for board in (published, found))
+    yield from differences("", *map(json.loads, texts))
 
 
 def entry_schema() -> str:

@@ -176,6 +176,26 @@ def test_other_agents_are_scored_in_a_folder_of_their_own() -> None:
 
 
 @pytest.mark.usefixtures("tiny")
+def test_a_run_is_compared_with_the_published_entry_which_stays() -> None:
+    published = Path("leaderboards/quick.json")
+    assert "published" not in done("run", "--suite", "quick")
+    published.parent.mkdir()
+    published.write_bytes(Path("runs/quick/entry.json").read_bytes())
+    assert done("run", "--suite", "quick").endswith("equal to the published leaderboards/quick.json, digit for digit\n")
+    first = LeaderboardRecord.model_validate_json(published.read_text()).results[0]
+    steps = first.metrics.steps.mean
+    text = published.read_text().replace(f'"mean": {steps}', '"mean": 7.5', 1)
+    published.write_text(text)
+    said = done("run", "--suite", "quick").splitlines()
+    assert said[-2:] == [
+        "differs from the published leaderboards/quick.json in 1 place:",
+        f"  results[0].metrics.steps.mean: 7.5 is published, {steps} was found",
+    ]
+    assert published.read_text() == text
+    assert list(published.parent.iterdir()) == [published]
+
+
+@pytest.mark.usefixtures("tiny")
 def test_run_that_fails_leaves_the_old_leaderboard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.json"
     path.write_text("before")
