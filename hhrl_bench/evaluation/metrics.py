@@ -202,8 +202,10 @@ def mean(values: Floats) -> float:
 
 def of_selected(by_option: Floats, option: Ints) -> Floats:
     """Return the rewards [B] of the selected options, given those of all options [B, K]; NaN where none is selected."""
-    selected = np.choose(np.maximum(option, 0), by_option.T)
-    return np.where(option >= 0, selected, np.nan)
+    selected = np.full(len(option), np.nan)
+    for k in range(by_option.shape[1]):
+        np.copyto(selected, by_option[:, k], where=option == k)
+    return selected
 
 
 def _unsafe(step: "Step") -> Floats:
