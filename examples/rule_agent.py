@@ -40,7 +40,7 @@ class Patient:
 register_rule("rule-patient", Patient)
 
 if __name__ == "__main__":
-    from hhrl_bench.evaluation.evaluate import evaluate
+    from hhrl_bench.evaluation.paired_evaluation import evaluate
     from hhrl_envs import SCENARIOS, Outcome
 
     records = evaluate(Patient(SCENARIOS["stop-line-v0"]), "stop-line-v0", episodes=100)

@@ -1,4 +1,4 @@
-"""Add a scenario: a downhill-slippery road behind drivers who brake late.
+"""Add a scenario: a slippery road behind drivers who brake late.
 
     hhrl-bench --extension examples/scenario.py evaluate rule-4 rule-plus --task stop-line-greasy-v0
 

@@ -4,9 +4,9 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hhrl_bench.evaluation.evaluate import evaluate
     from hhrl_bench.evaluation.loading import load_agent
     from hhrl_bench.evaluation.metrics import Least, Metric, Sum, register_metric
+    from hhrl_bench.evaluation.paired_evaluation import evaluate
     from hhrl_bench.suites.suites import register_suite
 
 __all__ = ["Least", "Metric", "Sum", "__version__", "evaluate", "load_agent", "register_metric", "register_suite"]
@@ -19,7 +19,7 @@ except PackageNotFoundError:
 
 _METRICS = "hhrl_bench.evaluation.metrics"
 _HOMES = {
-    "evaluate": "hhrl_bench.evaluation.evaluate",
+    "evaluate": "hhrl_bench.evaluation.paired_evaluation",
     "load_agent": "hhrl_bench.evaluation.loading",
     "register_suite": "hhrl_bench.suites.suites",
     **dict.fromkeys(("Least", "Metric", "Sum", "register_metric"), _METRICS),

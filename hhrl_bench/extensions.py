@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from traceback import extract_tb
 from types import ModuleType
 
 from hhrl_envs.errors import InputError
@@ -33,9 +34,7 @@ def load_extensions(given: Sequence[str] = ()) -> None:
         try:
             module = _load_file(Path(name)) if _is_file(name) else import_here(name)
         except (Exception, SystemExit) as error:
-            why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-            hint = "name a module, as in an import statement, or a file that ends in .py"
-            raise InputError(f"cannot load the extension {name!r}: {why}; {hint}") from error
+            raise InputError(f"cannot load the extension {name!r}: {_reason(error, name)}") from error
         if name not in _hashes:
             _hashes[name] = _hash(module)
     if given:
@@ -54,6 +53,15 @@ def import_here(module: str) -> ModuleType:
         sys.path.insert(0, folder)
     with contextlib.redirect_stdout(sys.stderr):
         return importlib.import_module(module)
+
+
+def _reason(error: BaseException, name: str) -> str:
+    """Return why an extension could not be loaded: what is wrong in it and where, or that there is no such thing."""
+    why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+    lines = [frame for frame in extract_tb(error.__traceback__) if Path(frame.filename).stem == Path(name).stem]
+    if lines:
+        return f"{why} ({Path(lines[-1].filename).name}, line {lines[-1].lineno})"
+    return f"{why}; name a module, as in an import statement, or a file that ends in .py"
 
 
 def _is_file(name: str) -> bool:

@@ -4,8 +4,8 @@ from hhrl_bench.analysis.attention import attention_over_episode, attention_over
 from hhrl_bench.analysis.levels import level_rewards, option_usage
 from hhrl_bench.analysis.records import AnalysisRecord
 from hhrl_bench.analysis.steps import record_steps
-from hhrl_bench.evaluation.evaluate import one_torch_thread
 from hhrl_bench.evaluation.loading import load_agents
+from hhrl_bench.evaluation.paired_evaluation import one_torch_thread
 from hhrl_bench.evaluation.results import task_record
 from hhrl_bench.schema import SCHEMA_VERSION
 from hhrl_bench.tasks.tasks import Task, get_task

@@ -6,8 +6,8 @@ import numpy as np
 
 from hhrl_agents import Agent
 from hhrl_bench.errors import SeedError, UnknownTaskError
-from hhrl_bench.evaluation.evaluate import BATCH_ROWS, batches, rollout_of_episode
 from hhrl_bench.evaluation.metrics import of_selected
+from hhrl_bench.evaluation.paired_evaluation import BATCH_ROWS, batches, rollout_of_episode
 from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Outcome, get_scenario

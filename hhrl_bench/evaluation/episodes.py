@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_bench.evaluation.metrics import METRICS, Metric
+from hhrl_bench.evaluation.metrics import METRICS, Metric, naming
 from hhrl_bench.evaluation.rollout import Rollout, Step
 from hhrl_envs import Outcome
 from hhrl_envs.arrays import Codes, Flags, Keys
@@ -109,7 +109,8 @@ class Totals:
         """Add a step of the rollout."""
         first = step.first
         for key, accumulation in self._accumulations.items():
-            accumulation.add(self._totals[key], first)
+            with naming(key):
+                accumulation.add(self._totals[key], first)
 
     def records(self) -> EpisodeRecords:
         """Return the records of the rollout's episodes, which are over."""

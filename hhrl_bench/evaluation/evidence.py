@@ -16,8 +16,8 @@ from safetensors.numpy import load, save
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.decisions import Trace
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
-from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
 from hhrl_bench.evaluation.records import RunRecord
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_envs.arrays import Keys

@@ -54,7 +54,7 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
     """Return what ``source`` names: one agent, or one for each training seed, lowest first; see :func:`load_agent`."""
     name = str(source)
     if name in RULES:
-        return [LoadedAgent("rule", RULES[name](scenario))]
+        return [LoadedAgent("rule", guarded(lambda: RULES[name](scenario), "constructor"))]
     if name in METHODS:
         return _load_shipped(name, scenario)
     path = Path(source)

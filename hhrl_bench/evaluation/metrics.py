@@ -7,7 +7,8 @@ name that module: ``hhrl-bench --extension MODULE_OR_FILE.py``.
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -81,7 +82,11 @@ class Sum:
 
     def add(self, totals: NDArray[Any], step: "Step") -> None:
         """Add a step to the totals [rows]."""
-        np.add(totals, self.of(step), out=totals, where=step.running, casting="unsafe")
+        values = np.asarray(self.of(step))
+        _require_shape(values, totals.shape)
+        if self.whole and values.dtype.kind not in "biu":
+            raise InputError(f"returned {values.dtype} values; return whole numbers, or leave out whole=True")
+        np.add(totals, values, out=totals, where=step.running, casting="unsafe")
 
 
 @dataclass(frozen=True)
@@ -97,7 +102,9 @@ class Least:
 
     def add(self, totals: NDArray[Any], step: "Step") -> None:
         """Add a step to the totals [rows]."""
-        np.fmin(totals, self.of(step), out=totals, where=step.running)
+        values = np.asarray(self.of(step))
+        _require_shape(values, totals.shape)
+        np.fmin(totals, values, out=totals, where=step.running)
 
 
 @dataclass(frozen=True)
@@ -146,8 +153,32 @@ class Metric:
         return callable(self.of) or self.of.whole
 
     def values(self, records: Measured) -> Floats:
-        """Return the numbers of N episodes, float64 [N]; NaN in those that have none."""
-        return np.asarray(self.of(records) if callable(self.of) else records.measured[self.key], np.float64)
+        """Return the numbers of N episodes, float64 [N]; NaN in those that have none.
+
+        Raises:
+            InputError: if a function of how the episodes ended raises, or returns another number of values.
+        """
+        if not callable(self.of):
+            return np.asarray(records.measured[self.key], np.float64)
+        with naming(self.key):
+            values = np.asarray(self.of(records), np.float64)
+            _require_shape(values, records.outcome.shape)
+        return values
+
+
+@contextmanager
+def naming(key: str) -> Iterator[None]:
+    """Raise an ``InputError`` that names the metric in place of any error of its functions."""
+    try:
+        yield
+    except Exception as error:
+        why = str(error) if isinstance(error, InputError) else f"raised {type(error).__name__}: {error}"
+        raise InputError(f"the function of metric {key!r} {why}") from error
+
+
+def _require_shape(values: NDArray[Any], shape: tuple[int, ...]) -> None:
+    if values.shape != shape or values.dtype.kind not in "biuf":
+        raise InputError(f"returned {values.dtype} values of shape {values.shape}; return numbers of shape {shape}")
 
 
 _by_key: dict[str, Metric] = {}
@@ -162,7 +193,14 @@ def register_metric(metric: Metric) -> Metric:
     Raises:
         InputError: if the key is none, or is taken.
     """
+    if not isinstance(metric, Metric):
+        raise InputError(f"cannot register {metric!r} as a metric; give a hhrl_bench.Metric")
     key = metric.key
+    if metric.better not in {"higher", "lower", None} or metric.table not in {"results", "worst cases", None}:
+        allowed = "better 'higher', 'lower' or None, and table 'results', 'worst cases' or None"
+        raise InputError(f"metric {key!r} has better={metric.better!r} and table={metric.table!r}; write {allowed}")
+    if not callable(metric.of) and not callable(getattr(metric.of, "add", None)):
+        raise InputError(f"metric {key!r} has of={metric.of!r}; write Sum, Least or a function of how episodes end")
     if not re.fullmatch(r"[a-z][a-z0-9_]*", key) or key in RESERVED or hasattr(BaseModel, key):
         raise InputError(f"a metric cannot have the key {key!r}; write another word, such as 'stop_error'")
     if _by_key.get(key, metric) != metric:

@@ -7,11 +7,11 @@ import numpy as np
 
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
-from hhrl_bench.evaluation.evaluate import ScoredEpisodes, load_opponent, one_torch_thread, play_task
 from hhrl_bench.evaluation.evidence import pack
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import Kind, LoadedAgent, load_agents
 from hhrl_bench.evaluation.metrics import METRICS, Metric, means
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, load_opponent, one_torch_thread, play_task
 from hhrl_bench.evaluation.records import (
     EvaluationRecord,
     MetricRecord,
@@ -63,7 +63,7 @@ def evaluate_agent(
     """Return the result of every training seed of agent ``source`` on the first ``episodes`` test episodes.
 
     ``update`` hears how many runs are done; ``store`` gets their evidence and checkpoints. Errors are those of
-    :func:`hhrl_bench.evaluation.evaluate.evaluate` and :func:`hhrl_bench.evaluation.loading.load_agents`.
+    :func:`hhrl_bench.evaluation.paired_evaluation.evaluate` and :func:`hhrl_bench.evaluation.loading.load_agents`.
     """
     agents = load_agents(source, get_scenario(task.scenario))
     seeds, held = task.test.take(episodes), None if option is None else OPTIONS[option]

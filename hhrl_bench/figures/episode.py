@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from hhrl_bench.analysis.attention import attention_over_episode
 from hhrl_bench.analysis.records import EpisodeTraceRecord, shown, spoken
-from hhrl_bench.evaluation.evaluate import one_torch_thread
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
+from hhrl_bench.evaluation.paired_evaluation import one_torch_thread
 from hhrl_bench.figures import style as fig
 from hhrl_bench.figures.style import (
     LEVEL_COLOURS,

@@ -12,8 +12,8 @@ from hhrl_agents import Agent
 from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.decisions import Trace, episode_of, recordings
-from hhrl_bench.evaluation.evaluate import evaluation_slots, rollout_of_episode
 from hhrl_bench.evaluation.evidence import read_evidence
+from hhrl_bench.evaluation.paired_evaluation import evaluation_slots, rollout_of_episode
 from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.record import LeaderboardRecord

@@ -5,6 +5,7 @@ To add one, add a declaration to ``_DECLARED``: a :class:`ScoreSuite` of agents 
 the package call :func:`register_suite` in an extension. ``hhrl-bench run --suite ID`` and ``list suites`` then know it.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -248,8 +249,12 @@ def register_suite(suite: Suite) -> None:
     """Make a suite known under its id, as if it were declared here.
 
     Raises:
-        SuiteError: if another suite has that id.
+        SuiteError: if it is none, its id is no word of small letters, digits and hyphens, or another suite has it.
     """
+    if not callable(getattr(suite, "stages", None)):
+        raise SuiteError(f"cannot register {suite!r} as a suite; give a ScoreSuite, a TrainingSuite or a TransferSuite")
+    if not re.fullmatch(r"[a-z0-9][a-z0-9-]*", suite.id):
+        raise SuiteError(f"a suite cannot have the id {suite.id!r}; write small letters, digits and hyphens")
     if _registered.setdefault(suite.id, suite) != suite:
         raise SuiteError(f"there is a suite {suite.id!r} already; write another id, such as 'my-suite'")
 

@@ -202,9 +202,9 @@ class Curve:
         if not steps or len(steps) != len(success):
             raise CurveError(f"a curve has {len(steps)} steps and {len(success)} successes; write one success a step")
         if steps[0] != 0 or any(after <= before for before, after in pairwise(steps)):
-            raise CurveError(f"the env steps of a curve are {_short(steps)}; write ascending ones that begin with 0")
+            raise CurveError(f"the env steps of a curve are {listed(steps)}; write ascending ones that begin with 0")
         if not all(0.0 <= rate <= 1.0 for rate in success):
-            raise CurveError(f"the successes of a curve are {_short(success)}; write rates of 0 to 1")
+            raise CurveError(f"the successes of a curve are {listed(success)}; write rates of 0 to 1")
 
 
 def time_to_threshold(curve: Curve) -> int | None:
@@ -227,7 +227,7 @@ def area(curve: Curve) -> float:
     return float(np.sum(np.diff(steps) * (success[1:] + success[:-1])) / (2 * steps[-1]))
 
 
-def _short(values: tuple[float, ...]) -> str:
+def listed(values: tuple[float, ...]) -> str:
     """Return the values, or the first and last ones of many, for a message."""
     words = [f"{value:.12g}" for value in values]
     return ", ".join(words if len(words) <= 6 else [*words[:4], "...", words[-1]])

@@ -17,8 +17,8 @@ from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.learned_agent import LearnedAgent
 from hhrl_agents.training.learner import NOTHING, Progress, make_learner, require_device
 from hhrl_bench.errors import AgentError
-from hhrl_bench.evaluation.evaluate import one_torch_thread, play, training_drivers
 from hhrl_bench.evaluation.metrics import means, watched
+from hhrl_bench.evaluation.paired_evaluation import one_torch_thread, play, training_drivers
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.seeds import format_seeds

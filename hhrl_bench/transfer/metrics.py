@@ -6,7 +6,7 @@ World. A curve is known at its reports alone; between two of them the area takes
 """
 
 from hhrl_bench.errors import CurveError
-from hhrl_bench.training.learning_curves import Curve, _short, area
+from hhrl_bench.training.learning_curves import Curve, area, listed
 
 
 def jumpstart(a: Curve, b: Curve) -> float:
@@ -38,6 +38,6 @@ def forward_transfer(a: Curve, b: Curve) -> float | None:
 def _require_one_grid(a: Curve, b: Curve) -> None:
     if a.env_steps != b.env_steps:
         raise CurveError(
-            f"two curves have reports at {_short(a.env_steps)} and {_short(b.env_steps)} env steps; "
+            f"two curves have reports at {listed(a.env_steps)} and {listed(b.env_steps)} env steps; "
             "compare curves with the same reports"
         )

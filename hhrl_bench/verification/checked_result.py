@@ -11,11 +11,11 @@ from hhrl_agents import METHODS, RULES
 from hhrl_bench.errors import AgentError, RecordError
 from hhrl_bench.evaluation.decisions import Trace, recordings
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
-from hhrl_bench.evaluation.evaluate import evaluation_slots, play
 from hhrl_bench.evaluation.evidence import Evidence, unpack
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import Kind, training_record
 from hhrl_bench.evaluation.metrics import Metric, means
+from hhrl_bench.evaluation.paired_evaluation import evaluation_slots, play
 from hhrl_bench.evaluation.records import MetricsRecord, ResultRecord, RunMetricsRecord, RunRecord, TaskRecord
 from hhrl_bench.evaluation.results import (
     count_traffic,

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from hhrl_bench.evaluation.decisions import Trace
-from hhrl_bench.evaluation.evaluate import ScoredEpisodes, one_torch_thread, play_task
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import load_agents
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, one_torch_thread, play_task
 from hhrl_bench.evaluation.records import RunRecord
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.store import Store

@@ -18,14 +18,29 @@ from hhrl_envs.errors import InputError
 MakesRule = Callable[[Scenario], HierarchicalAgent]
 """The constructor of a rule agent."""
 
-_rules: dict[str, MakesRule] = {
-    rule: make
-    for module in pkgutil.iter_modules(rules.__path__)
-    for rule, make in getattr(import_module(f"{rules.__name__}.{module.name}"), "RULES", {}).items()
-}
+_rules: dict[str, MakesRule] = {}
 
 RULES: Mapping[str, MakesRule] = MappingProxyType(_rules)
 """Every rule agent's constructor by its id: the `RULES` of the modules in `hhrl_agents.rules`, and registered ones."""
+
+
+def register_rule(rule: str, make: MakesRule) -> None:
+    """Make a rule agent known by its id, `rule-` and small letters, digits or hyphens.
+
+    Raises:
+        InputError: if the id is another word or is taken, or nothing can be made.
+    """
+    if not re.fullmatch(r"rule-[a-z0-9][a-z0-9-]*", rule) or _rules.get(rule, make) is not make:
+        raise InputError(f"a rule cannot have the id {rule!r}; write another word that begins with 'rule-'")
+    if not callable(make):
+        raise InputError(f"rule {rule!r} is made by {make!r}; give a function of a scenario that returns the agent")
+    _rules[rule] = make
+
+
+for _module in pkgutil.iter_modules(rules.__path__):
+    for _rule, _make in getattr(import_module(f"{rules.__name__}.{_module.name}"), "RULES", {}).items():
+        register_rule(_rule, _make)
+
 
 _DDQN = Method("ddqn", summary="flat Double DQN")
 
@@ -134,23 +149,16 @@ prioritised replay.
 """
 
 
-def register_rule(rule: str, make: MakesRule) -> None:
-    """Make a rule agent known by its id, `rule-` and small letters, digits or hyphens.
-
-    Raises:
-        InputError: if the id is another word, or is taken.
-    """
-    if not re.fullmatch(r"rule-[a-z0-9][a-z0-9-]*", rule) or _rules.get(rule, make) is not make:
-        raise InputError(f"a rule cannot have the id {rule!r}; write another word that begins with 'rule-'")
-    _rules[rule] = make
-
-
 def register_method(method: Method) -> Method:
-    """Make a learned method known by its id, and return it.
+    """Make a learned method known by its id, small letters, digits and hyphens, and return it.
 
     Raises:
-        InputError: if the id is a rule's, or another method has it.
+        InputError: if the id is another word or a rule's, or another method has it.
     """
+    if not isinstance(method, Method):
+        raise InputError(f"cannot register {method!r} as a method; give a hhrl_agents.methods.method.Method")
+    if not re.fullmatch(r"[a-z0-9][a-z0-9-]*", method.id):
+        raise InputError(f"a method cannot have the id {method.id!r}; write small letters, digits and hyphens")
     if method.id in RULES or _methods.get(method.id, method) != method:
         raise InputError(f"there is an agent {method.id!r} already; give the method another id")
     _methods[method.id] = method

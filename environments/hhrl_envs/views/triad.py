@@ -12,6 +12,7 @@ from pettingzoo import AECEnv
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
+from hhrl_envs.errors import require_value
 from hhrl_envs.scenario.registry import SCENARIOS, add_scenario, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.views.gym_env import register_gym
@@ -58,6 +59,7 @@ def register(scenario: Scenario, place: float = inf) -> Triad:
     Raises:
         InputError: if another scenario has its id.
     """
+    require_value(isinstance(scenario, Scenario), "scenario", repr(scenario), "a Scenario")
     if scenario.id not in SCENARIOS:
         register_gym(scenario)
     add_scenario(scenario, place)

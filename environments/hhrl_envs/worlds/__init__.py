@@ -7,7 +7,7 @@ knows. In stop-line-v0 a rule that knows the vehicle's lag, the speed limit and 
 follower keeps more than the gap that physics asks for. Each tier takes away one thing that such a rule relies on
 without measuring it: sight, prompt brakes, grip or exact sensors. Sensors are 0.6 to 0.9 s late, as attentive human
 drivers are (Green 2000: 0.7 s and more). Infeasible draws stay and are counted (less than 1%). Numbers without a source
-are design choices, made on validation worlds: the best rule succeeds in 75 to 88% of the episodes, and the same rule
+are design choices, made on validation worlds: the best rule succeeds in 76 to 87% of the episodes, and the same rule
 driven more slowly, gently or further away in at least 8 points more.
 """
 

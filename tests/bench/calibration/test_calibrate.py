@@ -17,8 +17,8 @@ from hhrl_bench.calibration.calibrate import (
     markdown,
 )
 from hhrl_bench.calibration.fit import Fit, fit, score
-from hhrl_bench.evaluation.evaluate import play
 from hhrl_bench.evaluation.metrics import means
+from hhrl_bench.evaluation.paired_evaluation import play
 from hhrl_bench.tasks.tasks import TEST, VALIDATION
 from hhrl_envs import SCENARIOS, get_scenario
 from support.command_line import invoke

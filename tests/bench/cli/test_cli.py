@@ -11,8 +11,8 @@ import pytest
 
 import hhrl_bench
 from hhrl_agents import METHODS, RULES
-from hhrl_bench.evaluation.evaluate import evaluate
 from hhrl_bench.evaluation.loading import load_agent
+from hhrl_bench.evaluation.paired_evaluation import evaluate
 from hhrl_bench.evaluation.records import EvaluationRecord
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites import suites, units

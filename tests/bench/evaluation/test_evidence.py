@@ -14,8 +14,8 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation import evidence
 from hhrl_bench.evaluation.decisions import Trace
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
-from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.evidence import pack, unpack
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
 
 
 @st.composite

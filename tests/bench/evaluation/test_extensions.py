@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hhrl_bench import Metric, Sum, evaluate, load_agent, register_metric
+from hhrl_bench import Metric, Sum, evaluate, extensions, load_agent, register_metric
 from hhrl_bench.evaluation import metrics
-from hhrl_bench.evaluation.evaluate import play_task
 from hhrl_bench.evaluation.evidence import pack, unpack
 from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.paired_evaluation import play_task
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.run import Execution
 from hhrl_bench.extensions import VARIABLE, load_extensions
@@ -54,6 +54,7 @@ def extension(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     path.write_text(EXTENSION)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(VARIABLE, "")
+        patch.setattr(extensions, "_hashes", {})  # what other tests hash is the package's own code again
         load_extensions([str(path)])
         yield path
     sys.modules.pop("of_a_user")
@@ -201,3 +202,46 @@ def test_only_what_evidence_keeps_is_compared() -> None:
     real: Any = Metric("real", "real", Sum(lambda step: step.results.rewards), "a real number", compared=True)
     with pytest.raises(InputError, match="cannot be compared"):
         register_metric(real)
+
+
+@pytest.mark.parametrize(
+    ("declared", "said"),
+    [
+        ("Sum(lambda step: step.option[:3])", "return numbers of shape"),
+        ("Sum(lambda step: None)", "returned object values of shape ()"),
+        ("Sum(lambda step: 1 // 0)", "the function of metric 'bad' raised ZeroDivisionError"),
+        ("Sum(lambda step: 0.5 * step.option, whole=True)", "return whole numbers, or leave out whole=True"),
+        ("Least(lambda step: step.results.terms)", "return numbers of shape"),
+        ("lambda ending: ending.steps[:2]", "return numbers of shape (5,)"),
+        ("3", "write Sum, Least or a function of how episodes end"),
+    ],
+)
+def test_a_metric_that_is_wrong_is_one_line(tmp_path: Path, declared: str, said: str) -> None:
+    path = tmp_path / "bad_metric.py"
+    path.write_text(
+        f"from hhrl_bench import Least, Metric, Sum, register_metric\n"
+        f"register_metric(Metric('bad', 'bad', {declared}, 'what is wrong'))\n"
+    )
+    ran = command("--extension", str(path), "evaluate", "rule-2", "--episodes", "5")
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert said in ran.stderr.splitlines()[-1]
+    assert "Traceback" not in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[][0]\n", "IndexError: list index out of range (wrong.py, line 1)"),
+        ("from hhrl_bench import register_metric\nregister_metric(3)\n", "cannot register 3 as a metric"),
+        ("from hhrl_bench import register_suite\nregister_suite('x')\n", "cannot register 'x' as a suite"),
+        ("from hhrl_agents import register_method\nregister_method('ddqn')\n", "cannot register 'ddqn' as a method"),
+        ("from hhrl_agents import register_rule\nregister_rule('rule-new', 3)\n", "rule 'rule-new' is made by 3"),
+        ("from hhrl_envs import register\nregister({})\n", "scenario is {}; write a Scenario"),
+    ],
+)
+def test_an_extension_with_a_mistake_is_one_line_that_names_its_own(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "wrong.py").write_text(text)
+    ran = command("--extension", str(tmp_path / "wrong.py"), "list", "tasks")
+    assert (ran.returncode, ran.stdout, len(ran.stderr.splitlines())) == (2, "", 1)
+    assert said in ran.stderr
+    assert "(wrong.py, line" in ran.stderr

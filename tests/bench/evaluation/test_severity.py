@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES
-from hhrl_bench.evaluation.evaluate import play_task
 from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.paired_evaluation import play_task
 from hhrl_bench.evaluation.rollout import Step
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_envs import Outcome, Simulator, get_scenario

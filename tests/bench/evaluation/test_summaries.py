@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES
-from hhrl_bench.evaluation.evaluate import evaluate
 from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.paired_evaluation import evaluate
 from hhrl_bench.evaluation.records import RunMetricsRecord, metric_record
 from hhrl_bench.evaluation.results import over_episodes, run_record, summarise
 from hhrl_bench.statistics.intervals import bootstrap_mean, generator

@@ -13,8 +13,8 @@ from hhrl_agents.policies import checkpoints
 from hhrl_agents.training.drivers import Drivers
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.evaluation.episodes import TrafficRecords
-from hhrl_bench.evaluation.evaluate import evaluate, evaluation_drivers, load_opponent, play, training_drivers
 from hhrl_bench.evaluation.loading import load_agent
+from hhrl_bench.evaluation.paired_evaluation import evaluate, evaluation_drivers, load_opponent, play, training_drivers
 from hhrl_bench.evaluation.records import EvaluationRecord
 from hhrl_bench.evaluation.results import count_traffic, summarise_traffic
 from hhrl_bench.figures.watch import record

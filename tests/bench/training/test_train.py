@@ -16,8 +16,8 @@ from hhrl_agents.methods.method import Method  # noqa: E402
 from hhrl_agents.policies.learned_agent import LearnedAgent  # noqa: E402
 from hhrl_agents.training.learner import make_learner  # noqa: E402
 from hhrl_bench.errors import AgentError  # noqa: E402
-from hhrl_bench.evaluation.evaluate import play as really_play  # noqa: E402
 from hhrl_bench.evaluation.loading import load_agents  # noqa: E402
+from hhrl_bench.evaluation.paired_evaluation import play as really_play  # noqa: E402
 from hhrl_bench.evaluation.records import EvaluationRecord  # noqa: E402
 from hhrl_bench.tasks.tasks import get_task  # noqa: E402
 from hhrl_bench.training import train as training  # noqa: E402

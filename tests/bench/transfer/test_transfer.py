@@ -12,7 +12,7 @@ from hhrl_agents.atomic_files import OutputError  # noqa: E402
 from hhrl_agents.policies import checkpoints  # noqa: E402
 from hhrl_agents.policies.learned_agent import LearnedAgent  # noqa: E402
 from hhrl_bench.errors import AgentError, CurveError  # noqa: E402
-from hhrl_bench.evaluation.evaluate import play  # noqa: E402
+from hhrl_bench.evaluation.paired_evaluation import play  # noqa: E402
 from hhrl_bench.execution.unit import Unit  # noqa: E402
 from hhrl_bench.leaderboard.entry import read_entry  # noqa: E402
 from hhrl_bench.leaderboard.record import LeaderboardRecord  # noqa: E402

@@ -14,8 +14,8 @@ import pytest
 pytest.importorskip("torch")
 
 from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.evaluate import ScoredEpisodes
 from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard import comparisons
 from hhrl_bench.leaderboard.entry import MAX_ENTRY_BYTES, check_spelling, read_entry, write_entry

@@ -24,4 +24,5 @@ GOLDEN = {
 @pytest.mark.parametrize("scenario_id", SCENARIOS)
 def test_trajectories_match_their_golden_digest(scenario_id: str) -> None:
     digest = trajectory_digest(get_scenario(scenario_id))
-    assert digest == GOLDEN[scenario_id], f"{scenario_id}: trajectories changed, say so in the CHANGELOG: {digest}"
+    said = f"{scenario_id} is new, or its trajectories changed (say so in the CHANGELOG): {digest}"
+    assert digest == GOLDEN.get(scenario_id), said

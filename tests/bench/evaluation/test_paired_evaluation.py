@@ -11,8 +11,8 @@ import hhrl_bench
 from hhrl_agents import RULES, Decision
 from hhrl_bench.errors import AgentError, SeedError
 from hhrl_bench.evaluation.episodes import EpisodeRecords, join
-from hhrl_bench.evaluation.evaluate import BATCH_ROWS, evaluate, play
 from hhrl_bench.evaluation.metrics import METRICS, means
+from hhrl_bench.evaluation.paired_evaluation import BATCH_ROWS, evaluate, play
 from hhrl_bench.tasks.tasks import TEST, get_task
 from hhrl_envs import Option, Outcome, Simulator, get_scenario
 from hhrl_envs.simulation import rewards
@@ -139,7 +139,7 @@ def test_the_rates_of_the_metrics_add_up_to_one() -> None:
         (lambda obs: (np.full(len(obs), -1), np.full(len(obs), -1)), "actions go from -1 to -1"),
         (lambda obs: (np.full(len(obs), 2), np.zeros(len(obs), int)), "options go from 2 to 2; return -1 to 1"),
         (lambda obs: (np.full(len(obs), -1), [[0], [0, 1]]), "actions are no array"),
-        (lambda _: 1 // 0, r"raised ZeroDivisionError: .* \(test_evaluate.py, line \d+\)"),
+        (lambda _: 1 // 0, r"raised ZeroDivisionError: .* \(test_paired_evaluation.py, line \d+\)"),
     ],
 )
 def test_nonsense_is_said_in_one_line(answer: Answer, said: str) -> None:
