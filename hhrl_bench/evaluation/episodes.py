@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_bench.evaluation.metrics import METRICS, Metric, naming
+from hhrl_bench.evaluation.metrics import METRICS, Metric, metric_error
 from hhrl_bench.evaluation.rollout import Rollout, Step
 from hhrl_envs import Outcome
 from hhrl_envs.arrays import Codes, Flags, Keys
@@ -107,10 +107,12 @@ class Totals:
 
     def add(self, step: Step) -> None:
         """Add a step of the rollout."""
-        first = step.first
-        for key, accumulation in self._accumulations.items():
-            with naming(key):
+        first, key = step.first, ""
+        try:
+            for key, accumulation in self._accumulations.items():
                 accumulation.add(self._totals[key], first)
+        except Exception as error:
+            raise metric_error(key, error) from error
 
     def records(self) -> EpisodeRecords:
         """Return the records of the rollout's episodes, which are over."""

@@ -7,8 +7,7 @@ name that module: ``hhrl-bench --extension MODULE_OR_FILE.py``.
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -160,20 +159,18 @@ class Metric:
         """
         if not callable(self.of):
             return np.asarray(records.measured[self.key], np.float64)
-        with naming(self.key):
+        try:
             values = np.asarray(self.of(records), np.float64)
             _require_shape(values, records.outcome.shape)
+        except Exception as error:
+            raise metric_error(self.key, error) from error
         return values
 
 
-@contextmanager
-def naming(key: str) -> Iterator[None]:
-    """Raise an ``InputError`` that names the metric in place of any error of its functions."""
-    try:
-        yield
-    except Exception as error:
-        why = str(error) if isinstance(error, InputError) else f"raised {type(error).__name__}: {error}"
-        raise InputError(f"the function of metric {key!r} {why}") from error
+def metric_error(key: str, error: Exception) -> InputError:
+    """Return the error, in one line that names the metric, to raise in place of one of its function."""
+    why = str(error) if isinstance(error, InputError) else f"raised {type(error).__name__}: {error}"
+    return InputError(f"the function of metric {key!r} {why}")
 
 
 def _require_shape(values: NDArray[Any], shape: tuple[int, ...]) -> None:
