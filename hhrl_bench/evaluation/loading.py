@@ -21,7 +21,6 @@ from hhrl_bench.extensions import import_here
 from hhrl_bench.schema import first_problem
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Scenario, get_scenario
-from hhrl_envs.errors import require
 
 Kind = Literal["rule", "learned", "factory"]
 
@@ -120,7 +119,6 @@ def _checkpoints(folder: Path) -> list[Path]:
 
 
 def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
-    require("torch", "torch")
     from hhrl_agents.policies import checkpoints  # noqa: PLC0415
 
     agent = checkpoints.load(path)

@@ -193,7 +193,7 @@ class _Training:
             if run.failed:
                 continue
             losses = {level: float(losses[index]) for level, losses in progress.losses.items()}
-            finite_parameters = all(bool(value.isfinite().all()) for value in policy.parameters.values())
+            finite_parameters = all(bool(np.isfinite(value).all()) for value in policy.parameters.values())
             fault = find_fault(losses, finite_parameters, progress.updates > run.updates)
             fault = fault or progress.diverged.get(index)
             row = _row(progress, index, losses)

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from hhrl_agents.algorithms.td_errors import make_algorithm
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.mlp import Parameters
+from hhrl_agents.networks.architectures import Parameters
 from hhrl_agents.policies.checkpoints import frozen_parameters
 from hhrl_agents.replay.buffer import ReplayBuffer
 from hhrl_agents.replay.hierarchical import make_sampler

@@ -18,7 +18,7 @@ from torch import nn
 
 from hhrl_agents.methods.configs import PPOConfig
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.mlp import Parameters
+from hhrl_agents.networks.architectures import Parameters
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_agents.training.environments import require_world_seeds
@@ -136,11 +136,11 @@ class PPOSeed:
 
     def parameters(self) -> Parameters:
         """Return a copy of the policy's network as a flat method's: logits in place of action values."""
-        parameters: dict[str, torch.Tensor] = {}
+        parameters: dict[str, Floats32] = {}
         for index, layer in enumerate(self._layers):
-            weight, bias = layer.weight.detach().T[None], layer.bias.detach()[None, None]
-            parameters[f"action.{index}.weight"] = weight.clone(memory_format=torch.contiguous_format)
-            parameters[f"action.{index}.bias"] = bias.clone()
+            weight, bias = layer.weight.detach().numpy().T[None], layer.bias.detach().numpy()[None, None]
+            parameters[f"action.{index}.weight"] = weight.copy()
+            parameters[f"action.{index}.bias"] = bias.copy()
         return parameters
 
     @property

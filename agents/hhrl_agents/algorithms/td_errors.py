@@ -15,6 +15,7 @@ from torch import Tensor
 
 from hhrl_agents.agent import NO_OPTION
 from hhrl_agents.methods.method import Method
+from hhrl_agents.networks.architectures import Parameters as FrozenParameters
 from hhrl_agents.networks.attention import one_hot
 from hhrl_agents.networks.mlp import MLP, Parameters, subset
 from hhrl_agents.networks.parameters import ParameterStack
@@ -172,7 +173,7 @@ class HierarchicalDoubleDQN:
         method: Method,
         scenario: Scenario,
         stack: ParameterStack,
-        frozen: Parameters = MappingProxyType({}),
+        frozen: FrozenParameters = MappingProxyType({}),
         fixed: Collection[str] = (),
     ) -> None:
         self._device = stack.flat.device
@@ -229,7 +230,7 @@ class HierarchicalDoubleDQN:
 
 
 def make_algorithm(
-    method: Method, scenario: Scenario, stack: ParameterStack, frozen: Parameters, fixed: Collection[str] = ()
+    method: Method, scenario: Scenario, stack: ParameterStack, frozen: FrozenParameters, fixed: Collection[str] = ()
 ) -> Algorithm:
     """Return the algorithm that learns the method's levels; see `HierarchicalDoubleDQN` for `frozen` and `fixed`."""
     if method.hierarchical:

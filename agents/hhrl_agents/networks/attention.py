@@ -5,11 +5,9 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from hhrl_agents.networks.mlp import Parameters, Shapes, affine, affine_backward
-from hhrl_envs import SUB_GOALS
+from hhrl_agents.networks.architectures import NUM_OPTIONS
+from hhrl_agents.networks.mlp import Parameters, affine, affine_backward
 from hhrl_envs.observation import SIZE
-
-NUM_OPTIONS = len(SUB_GOALS)
 
 
 class Attended(NamedTuple):
@@ -40,11 +38,6 @@ class Attention:
         self._state_weight, self._option_weight = parameters["state.weight"], parameters["option.weight"]
         self._state_bias = parameters["state.bias"].transpose(1, 2)
         self._of_linear = of_linear
-
-    @staticmethod
-    def shapes() -> Shapes:
-        """Return the parameter shapes."""
-        return {"state.weight": (SIZE, SIZE), "state.bias": (1, SIZE), "option.weight": (NUM_OPTIONS, SIZE)}
 
     def __call__(self, states: Tensor, options: Tensor) -> Attended:
         """Return the weights and what is attended, for states [E, features, K] and one-hot options [E, options, K]."""

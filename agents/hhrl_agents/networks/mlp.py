@@ -6,14 +6,12 @@ layer, and costs half of what recording every operation for automatic differenti
 """
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
 Parameters = Mapping[str, Tensor]
-Shapes = dict[str, tuple[int, int]]
 
 _EPSILON = 1e-5  # what layer normalisation adds to the variance
 
@@ -21,15 +19,6 @@ _EPSILON = 1e-5  # what layer normalisation adds to the variance
 def subset(parameters: Parameters, prefix: str) -> dict[str, Tensor]:
     """Return the parameters whose names start with `prefix`, the prefix taken off."""
     return {name.removeprefix(prefix): value for name, value in parameters.items() if name.startswith(prefix)}
-
-
-def mlp_shapes(*sizes: int) -> Shapes:
-    """Return the parameter shapes of fully connected layers with `sizes` units, inputs first; biases are [1, out]."""
-    shapes: Shapes = {}
-    for layer, (fan_in, fan_out) in enumerate(pairwise(sizes)):
-        shapes[f"{layer}.weight"] = (fan_in, fan_out)
-        shapes[f"{layer}.bias"] = (1, fan_out)
-    return shapes
 
 
 class ForwardPass(NamedTuple):

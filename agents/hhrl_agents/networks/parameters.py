@@ -4,7 +4,7 @@ Each lies in one flat tensor, of which the parameters of all layers are views, s
 and the copy to the target cost a few operations however many layers and seeds there are.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import prod, sqrt
 
 import numpy as np
@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import hardshrink
 
-from hhrl_agents.networks.mlp import Shapes
+from hhrl_agents.networks.architectures import Parameters, Shapes
 from hhrl_envs.arrays import Floats32
 from hhrl_envs.state import State, count, read, read_count
 
@@ -43,11 +43,11 @@ class ParameterStack:
         self.both = _views(storage.flatten(0, 1), shapes)
         self.gradients = _views(self.gradient, shapes)
 
-    def take_over(self, seed_index: int, parameters: Mapping[str, Tensor]) -> None:
+    def take_over(self, seed_index: int, parameters: Parameters) -> None:
         """Give one seed these parameters, name -> [1, in, out], online and target."""
         for name, value in parameters.items():
             for views in (self.online, self.target):
-                views[name][seed_index].copy_(value[0])
+                views[name][seed_index].copy_(torch.from_numpy(value[0]))
 
     def part(self, prefix: str) -> slice:
         """Return where in `flat` the parameters lie whose names start with `prefix`."""
@@ -69,10 +69,10 @@ class ParameterStack:
         for name, flat in (("online", self.flat), ("target", self.flat_target)):
             flat.copy_(torch.from_numpy(read(state, name, flat.cpu().numpy())))
 
-    def snapshot(self, seed_index: int) -> dict[str, Tensor]:
-        """Return a copy of one seed's online parameters on the CPU, name -> [1, in, out]."""
+    def snapshot(self, seed_index: int) -> dict[str, Floats32]:
+        """Return a copy of one seed's online parameters, name -> [1, in, out]."""
         views = _views(self.flat[seed_index : seed_index + 1].cpu(), self._shapes)
-        return {name: view.clone(memory_format=torch.contiguous_format) for name, view in views.items()}
+        return {name: view.numpy().copy() for name, view in views.items()}
 
 
 class Adam:

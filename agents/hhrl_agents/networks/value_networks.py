@@ -11,14 +11,10 @@ import torch
 from torch import Tensor
 
 from hhrl_agents.methods.configs import DoubleDQNConfig
-from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.attention import NUM_OPTIONS, Attended, Attention, by_element
-from hhrl_agents.networks.mlp import MLP, ForwardPass, Parameters, Shapes, mlp_shapes, subset
-from hhrl_envs.observation import SIZE, SYMBOLS
+from hhrl_agents.networks.attention import Attended, Attention, by_element
+from hhrl_agents.networks.mlp import MLP, ForwardPass, Parameters, subset
+from hhrl_envs.observation import SYMBOLS
 from hhrl_envs.sub_goals import SSL
-
-FROZEN = "ffv."
-"""What the names of the parameters begin with that a method uses without learning them: its FFV policy's."""
 
 _LINE = [SYMBOLS.index(element.symbol) for element in SSL.elements]
 
@@ -48,25 +44,6 @@ class ActionNetwork:
         self._attention = Attention(attention, of_linear=config.attended == "linear") if attention else None
         self._sees_line = config.sees_line
 
-    @staticmethod
-    def shapes(features: int, hidden: tuple[int, ...], num_actions: int, *, attention: bool) -> Shapes:
-        """Return the parameter shapes for `hidden` units a layer and `num_actions` outputs."""
-        layers = mlp_shapes(features + NUM_OPTIONS, *hidden, num_actions)
-        attending = Attention.shapes() if attention else {}
-        return {
-            **{f"values.{name}": shape for name, shape in layers.items()},
-            **{f"attention.{name}": shape for name, shape in attending.items()},
-        }
-
-    def attention(self, states: Tensor, options: Tensor) -> Tensor:
-        """Return the attention weights I(s, o), [E, SIZE, K], each column summing to 1; uniform without attention.
-
-        states: [E, features, K]; options: one-hot [E, options, K].
-        """
-        if self._attention is None:
-            return torch.full_like(states[:, :SIZE], 1 / SIZE)
-        return self._attention(self._seen(states), options).weights
-
     def __call__(self, states: Tensor, options: Tensor) -> Tensor:
         """Return Q^a(s^I, o, .), [E, A, K], for states [E, features, K] and one-hot options [E, options, K]."""
         return self.forward(states, options)[0]
@@ -93,24 +70,6 @@ class ActionNetwork:
         seen = by_element(states.clone(memory_format=torch.contiguous_format))
         seen[:, :, _LINE] = 0.0
         return seen.flatten(1, 2)
-
-
-def method_shapes(method: Method, num_actions: int) -> Shapes:
-    """Return the parameter shapes of the networks of the method's learned levels, their names behind `option.` etc."""
-    hidden, features = method.config.hidden, method.config.features
-    shapes = {
-        "option": mlp_shapes(features, *hidden, NUM_OPTIONS),
-        "action": mlp_shapes(features, *hidden, num_actions),
-    }
-    if method.hierarchical:
-        shapes["action"] = ActionNetwork.shapes(features, hidden, num_actions, attention=method.attention)
-    return {f"{level}.{name}": shape for level in method.levels for name, shape in shapes[level].items()}
-
-
-def frozen_shapes(method: Method, num_actions: int) -> Shapes:
-    """Return the parameter shapes of what the method does not learn: those of its FFV policy, behind `FROZEN`."""
-    shapes = method_shapes(method.ffv, num_actions) if method.ffv else {}
-    return {f"{FROZEN}{name}": shape for name, shape in shapes.items()}
 
 
 def mask_penalty(option_mask: tuple[bool, ...]) -> Tensor:

@@ -2,19 +2,17 @@
 
 import json
 from collections.abc import Mapping
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
-import torch
+import numpy as np
 from safetensors import SafetensorError
-from safetensors.torch import load_file
-from safetensors.torch import save as to_bytes
-from torch import Tensor
+from safetensors.numpy import load_file
+from safetensors.numpy import save as to_bytes
 
 from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.value_networks import FROZEN, frozen_shapes, method_shapes
+from hhrl_agents.networks.architectures import FROZEN, Parameters, frozen_shapes, method_shapes
 from hhrl_agents.policies import checkpoint_file
 from hhrl_agents.policies.checkpoint_file import METADATA_KEY, CheckpointError, read_metadata
 from hhrl_agents.policies.learned_agent import LearnedAgent, make_agent
@@ -60,7 +58,7 @@ def load(path: Path) -> LearnedAgent:
         raise CheckpointError(f"cannot load checkpoint {path}: there is no such file")
     try:
         metadata = read_metadata(path)
-        parameters = {name: value.clone() for name, value in load_file(path).items()}
+        parameters = load_file(path)
         _require_known(metadata)
         method, scenario = _method(metadata), get_scenario(metadata["scenario"])
         _require_interface(metadata, scenario)
@@ -94,13 +92,13 @@ def _require_interface(metadata: Mapping[str, Any], scenario: Scenario) -> None:
         )
 
 
-def _require_parameters(parameters: Mapping[str, Tensor], method: Method, scenario: Scenario) -> None:
+def _require_parameters(parameters: Parameters, method: Method, scenario: Scenario) -> None:
     shapes = method_shapes(method, scenario.num_actions) | frozen_shapes(method, scenario.num_actions)
     expected = {name: (1, *shape) for name, shape in shapes.items()}
     if expected != {name: tuple(value.shape) for name, value in parameters.items()}:
         raise InputError("its parameters have other names or shapes than its config asks for")
     for name, value in parameters.items():
-        if value.dtype != torch.float32 or not isfinite(value.sum().item()):
+        if value.dtype != np.float32 or not np.isfinite(value).all():
             raise InputError(f"parameter {name} holds other than finite float32 numbers")
 
 
@@ -108,7 +106,7 @@ FROZEN_SEED = 0
 """The training seed of the shipped policies that other methods use without learning them."""
 
 
-def frozen_parameters(method: Method) -> dict[str, Tensor]:
+def frozen_parameters(method: Method) -> Parameters:
     """Return what the method uses without learning it: its FFV policy's parameters, behind `ffv.`; empty without one.
 
     They are those of one training seed, `FROZEN_SEED`, whatever seeds are trained with them.

@@ -3,15 +3,13 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numba
 import numpy as np
-import torch
-from torch import Tensor
 
 from hhrl_agents.agent import NO_OPTION, Decision, HierarchicalAgent
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.attention import one_hot
-from hhrl_agents.networks.mlp import MLP, Parameters, subset
-from hhrl_agents.networks.value_networks import FROZEN, ActionNetwork, mask_penalty
+from hhrl_agents.networks.architectures import FROZEN, Parameters, architectures
+from hhrl_agents.networks.layers import ValueNetwork, flattened
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.rules import paper_rules
 from hhrl_agents.rules.controllers import PAPER_TUNING, ControllerAgent
@@ -42,10 +40,14 @@ class LearnedAgent:
         self.parameters = dict(parameters)
         self.metadata = dict(metadata)
         self._memory = Traces(method.config.memory)
+        self._networks = {
+            level: ValueNetwork(network, flattened([self.parameters[f"{level}.{name}"] for name in network.shapes()]))
+            for level, network in architectures(method, scenario.num_actions).items()
+        }
         self._build()
 
     def _build(self) -> None:
-        self._flat = MLP(subset(self.parameters, "action."), layer_norm=self.method.config.layer_norm)
+        """Make what acts out of the networks."""
 
     def reset(self, mask: Flags) -> None:
         """Forget the rows that start a new episode; see `Agent.reset`."""
@@ -59,10 +61,9 @@ class LearnedAgent:
         """Take up a state; see `hhrl_agents.stateful.Stateful`."""
         self._memory.restore(state)
 
-    @torch.no_grad()
     def act(self, observations: Floats32) -> Decision:
         """Return no option (-1) and the greedy action, int64 [B] each; see `Agent.act`."""
-        actions = _best(self._flat(_states(self._memory.observe(observations))))
+        actions = _best(self._networks["action"].values(self._memory.observe(observations)))
         return Decision(np.full_like(actions, NO_OPTION), actions)
 
 
@@ -70,32 +71,25 @@ class HierarchicalLearnedAgent(LearnedAgent):
     """A hierarchical agent; a level that is learned takes the choice of the highest value, the first one on a tie."""
 
     def _build(self) -> None:
-        method, scenario, parameters = self.method, self.scenario, self.parameters
+        method, scenario = self.method, self.scenario
         self._select: Options = self._best_option
         self._pursue: Actions = self._best_action
-        if "option" in method.levels:
-            self._option = MLP(subset(parameters, "option."), layer_norm=method.config.layer_norm)
-            self._penalty = mask_penalty(scenario.option_mask)
-        else:
+        self._penalty = np.where(scenario.option_mask, 0.0, -np.inf).astype(np.float32)
+        if "option" not in method.levels:
             self._select = given_options(method, scenario)
-        if "action" in method.levels:
-            self._action = ActionNetwork(subset(parameters, "action."), method.config)
-        else:
-            self._pursue = given_actions(method, scenario, parameters)
+        if "action" not in method.levels:
+            self._pursue = given_actions(method, scenario, self.parameters)
 
-    @torch.no_grad()
     def act(self, observations: Floats32) -> Decision:
         """Return the option, and the action given it, int64 [B] each; see `Agent.act`."""
         features = self._memory.observe(observations)
         option = self._select(features)
         return Decision(option, self._pursue(features, option))
 
-    @torch.no_grad()
     def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
         """Return the actions given the options, int64 [B]; see `HierarchicalAgent.act_with_option`."""
         return self._pursue(self._memory.observe(observations), option)
 
-    @torch.no_grad()
     def attention(self, observations: Floats32, option: Ints) -> Floats32:
         """Return the attention I(s, o) on the state elements, float32 [B, elements], each row summing to 1.
 
@@ -104,14 +98,13 @@ class HierarchicalLearnedAgent(LearnedAgent):
         """
         if "action" not in self.method.levels:
             raise InputError(f"method {self.method.id!r} has no attention: its action level is given")
-        weights: Floats32 = self._action.attention(_states(observations), _options(option))[0].T.numpy()
-        return weights
+        return self._networks["action"].attention(observations, option)
 
     def _best_option(self, features: Floats32) -> Ints:
-        return _best(self._option(_states(features)) + self._penalty)
+        return _best(self._networks["option"].values(features) + self._penalty)
 
     def _best_action(self, features: Floats32, option: Ints) -> Ints:
-        return _best(self._action(_states(features), _options(option)))
+        return _best(self._networks["action"].values(features, option))
 
 
 def given_options(method: Method, scenario: Scenario) -> Options:
@@ -127,7 +120,7 @@ def given_actions(method: Method, scenario: Scenario, parameters: Parameters) ->
     """
     if method.ffv is None:
         raise InputError(f"the action level of method {method.id!r} is learned, not given")
-    ffv: HierarchicalAgent = HierarchicalLearnedAgent(method.ffv, scenario, subset(parameters, FROZEN), {})
+    ffv: HierarchicalAgent = HierarchicalLearnedAgent(method.ffv, scenario, _below(parameters, FROZEN), {})
     controllers = ControllerAgent(scenario, PAPER_TUNING)
 
     def act(features: Floats32, option: Ints) -> Ints:
@@ -149,7 +142,7 @@ def agent_metadata(method: Method, scenario: Scenario, seed: int, env_steps: int
         "interface_hash": scenario.interface_hash,
         "seed": seed,
         "env_steps": env_steps,
-        "versions": {"numpy": np.__version__, "torch": torch.__version__},
+        "versions": {"numpy": np.__version__, "numba": numba.__version__},
     }
 
 
@@ -159,14 +152,10 @@ def make_agent(method: Method, scenario: Scenario, parameters: Parameters, metad
     return kind(method, scenario, parameters, metadata)
 
 
-def _states(features: Floats32) -> Tensor:
-    return torch.from_numpy(np.array(features, np.float32, order="C")).unsqueeze(0).transpose(1, 2)
-
-
-def _options(option: Ints) -> Tensor:
-    return one_hot(torch.tensor(option).view(1, 1, -1))
-
-
-def _best(values: Tensor) -> Ints:
-    best: Ints = values[0].max(0).indices.numpy()
+def _best(values: Floats32) -> Ints:
+    best: Ints = values.argmax(axis=1)
     return best
+
+
+def _below(parameters: Parameters, prefix: str) -> dict[str, Floats32]:
+    return {name.removeprefix(prefix): value for name, value in parameters.items() if name.startswith(prefix)}

@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 import torch
-from torch import Tensor
 
 from hhrl_agents.methods.configs import SHARE
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.mlp import Parameters, Shapes
+from hhrl_agents.networks.architectures import Parameters, Shapes, method_shapes
 from hhrl_agents.networks.parameters import Adam, ParameterStack
-from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.policies.learned_agent import LearnedAgent, agent_metadata, make_agent
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.stateful import Stateful, gather, scatter
@@ -58,7 +56,7 @@ class Start:
         epsilon: share of random choices at the first step; it falls to the config's `final_epsilon`.
     """
 
-    parameters: Sequence[Mapping[str, Tensor]] = ()
+    parameters: Sequence[Parameters] = ()
     fixed: tuple[str, ...] = ()
     epsilon: float = 1.0
 
@@ -165,7 +163,9 @@ class Learner(ABC):
         return {}
 
     def _metadata(self, seed: int) -> dict[str, Any]:
-        return agent_metadata(self.method, self.scenario, seed, self.env_steps)
+        metadata = agent_metadata(self.method, self.scenario, seed, self.env_steps)
+        metadata["versions"]["torch"] = torch.__version__
+        return metadata
 
     def _add_losses(self, losses: Iterable[Floats]) -> None:
         """Add what was measured once of every loss, in the order of their names, [E] each, to the next report."""

@@ -2,7 +2,8 @@
 
 import hashlib
 from collections.abc import Callable, Iterable
-from functools import reduce
+from functools import cache, reduce
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -15,13 +16,22 @@ unsigned = cast(Callable[[float], int], np.uint64)
 """Makes an index unsigned; see ``layout`` for why."""
 
 
+_FOLDERS = ("scenario", "simulation", "networks", "replay", "algorithms")
+
+
 def digest_sources(package: Path) -> str:
     """Return the SHA-256 of all sources in a package's folder that kernels or their constants come from."""
-    sources = [*package.glob("*.py"), *(package / "scenario").rglob("*.py"), *(package / "simulation").rglob("*.py")]
+    sources = [*package.glob("*.py"), *chain(*((package / folder).rglob("*.py") for folder in _FOLDERS))]
     return hashlib.sha256(b"".join(source.read_bytes() for source in sorted(sources))).hexdigest()
 
 
-_SOURCES = digest_sources(Path(__file__).parents[2])
+_digest = cache(digest_sources)
+
+
+def _sources(function: Callable[..., object]) -> tuple[str, str]:
+    """Return the digests of the sources that a kernel can come from: this package's and its own package's."""
+    own = Path(function.__code__.co_filename).parents[function.__module__.count(".") - 1]
+    return _digest(Path(__file__).parents[2]), _digest(own)
 
 
 def _compiled(function: Callable[..., object], **options: Any) -> Any:
@@ -38,7 +48,7 @@ def kernel(function: F) -> F:
     # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and
     # the old physics would run on: date it by all sources of kernels.
     entries = compiled._cache._cache_file  # noqa: SLF001
-    entries._source_stamp = (entries._source_stamp, _SOURCES)  # noqa: SLF001
+    entries._source_stamp = (entries._source_stamp, *_sources(function))  # noqa: SLF001
     return cast(F, compiled)
 
 

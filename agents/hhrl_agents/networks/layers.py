@@ -1,0 +1,360 @@
+"""The compiled value network: attention where it has some, fully connected layers, and the gradients of both.
+
+A network is a row of numbers, its parameters, and a `layout` that says where in it they lie. What a forward pass
+leaves for the backward pass lies in a workspace of `capacity` rows: each of its blocks is [rows, width], one row a
+state. One compiled function serves every architecture.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import prod
+
+import numpy as np
+
+from hhrl_agents.networks.architectures import NUM_OPTIONS, Architecture, Attended
+from hhrl_agents.networks.arithmetic import ONE, ZERO, add_product, exp, fma, write_outer
+from hhrl_envs.arrays import Floats32, Ints
+from hhrl_envs.observation import SIZE, SYMBOLS
+from hhrl_envs.simulation.engine.compilation import inner, kernel
+from hhrl_envs.sub_goals import SSL
+
+_LINEAR = int(Attended.LINEAR)
+_LINE = tuple(SYMBOLS.index(element.symbol) for element in SSL.elements)
+_EPSILON = np.float32(1e-5)  # what layer normalisation adds to the variance
+_SIZE = np.float32(SIZE)
+
+# Columns of the layout's first row, of the whole network; the places of blocks are per row of the workspace.
+FEATURES, READS_OPTION, ATTENDED, LAYER_NORM, SEES_LINE, STATE_WEIGHT, STATE_BIAS, OPTION_WEIGHT, WEIGHTS, SCORED = (
+    range(10)
+)
+# Columns of the other rows, of a layer.
+WEIGHT, BIAS, FAN_IN, FAN_OUT, INPUTS, OUTPUTS, NORMS, FACTORS = range(8)
+_COLUMNS = 10
+
+
+def layout_of(architecture: Architecture, first: int = 0) -> tuple[Ints, int]:
+    """Return the layout, int64 [1 + layers, columns], of a network, and how many numbers a row of its workspace has.
+
+    first: where among the parameters its own begin.
+    """
+    shapes = architecture.shapes()
+    starts = dict(zip(shapes, np.cumsum([first, *map(prod, shapes.values())]).tolist(), strict=False))
+    sizes = architecture.sizes
+    layout = np.zeros((len(sizes), _COLUMNS), np.int64)
+    layout[0, : SEES_LINE + 1] = architecture.features, *map(int, architecture[3:])
+    layout[0, STATE_WEIGHT] = starts.get("attention.state.weight", 0)
+    layout[0, STATE_BIAS] = starts.get("attention.state.bias", 0)
+    layout[0, OPTION_WEIGHT] = starts.get("attention.option.weight", 0)
+    place = architecture.features  # of the state as it is seen, which is the first block
+    layout[0, WEIGHTS], layout[0, SCORED] = place, place + SIZE
+    place += 2 * SIZE if architecture.attended else 0
+    prefix = "values." if architecture.reads_option else ""
+    for layer, (fan_in, fan_out) in enumerate(pairwise(sizes)):
+        weight, bias = starts[f"{prefix}{layer}.weight"], starts[f"{prefix}{layer}.bias"]
+        outputs = place + fan_in
+        layout[1 + layer, : OUTPUTS + 1] = weight, bias, fan_in, fan_out, place, outputs
+        place = outputs
+    place += sizes[-1]
+    if architecture.layer_norm:
+        for layer, width in enumerate(architecture.hidden):
+            layout[1 + layer, [NORMS, FACTORS]] = place, place + width
+            place += width + 1
+    return layout, place
+
+
+@inner
+def block(work: Floats32, capacity: int, place: int, rows: int, width: int) -> Floats32:
+    """Return a block of the workspace, [rows, width], a view."""
+    return work[place * capacity : place * capacity + rows * width].reshape((rows, width))
+
+
+@inner
+def matrix(parameters: Floats32, place: int, fan_in: int, fan_out: int) -> Floats32:
+    """Return the parameters at a place as [fan_in, fan_out], a view."""
+    return parameters[place : place + fan_in * fan_out].reshape((fan_in, fan_out))
+
+
+@inner
+def values_of(layout: Ints, work: Floats32, capacity: int, rows: int) -> Floats32:
+    """Return the outputs that a forward pass left, [rows, outputs], a view."""
+    last = layout[layout.shape[0] - 1]
+    return block(work, capacity, last[OUTPUTS], rows, last[FAN_OUT])
+
+
+@inner
+def forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> Floats32:
+    """Return the values [rows, outputs] of the states that lie in the workspace's first block.
+
+    options: int64 [rows], read by networks that read one.
+    """
+    _read_state(parameters, layout, work, capacity, rows, options)
+    for layer in range(1, layout.shape[0]):
+        at = layout[layer]
+        x = block(work, capacity, at[INPUTS], rows, at[FAN_IN])
+        y = block(work, capacity, at[OUTPUTS], rows, at[FAN_OUT])
+        bias = parameters[at[BIAS] : at[BIAS] + at[FAN_OUT]]
+        for r in range(rows):
+            for j in range(bias.size):
+                y[r, j] = bias[j]
+        add_product(x, matrix(parameters, at[WEIGHT], at[FAN_IN], at[FAN_OUT]), y)
+        if layer < layout.shape[0] - 1:
+            if layout[0, LAYER_NORM]:
+                _normalise(
+                    y, block(work, capacity, at[NORMS], rows, at[FAN_OUT]), block(work, capacity, at[FACTORS], rows, 1)
+                )
+            for r in range(rows):
+                for j in range(bias.size):
+                    y[r, j] = max(y[r, j], ZERO)
+    return values_of(layout, work, capacity, rows)
+
+
+@inner
+def _read_state(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> None:
+    """Write what the first layer reads: the state, or what the attention makes of it, and the one-hot option."""
+    features, first = layout[0, FEATURES], layout[1]
+    states = block(work, capacity, 0, rows, features)
+    x = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
+    if not layout[0, SEES_LINE]:
+        for r in range(rows):
+            for trace in range(features // SIZE):
+                for element in _LINE:
+                    states[r, trace * SIZE + element] = ZERO
+    if layout[0, ATTENDED]:
+        _attend(parameters, layout, work, capacity, rows, options)
+    else:
+        for r in range(rows):
+            for f in range(features):
+                x[r, f] = states[r, f]
+    if layout[0, READS_OPTION]:
+        for r in range(rows):
+            for option in range(NUM_OPTIONS):
+                x[r, features + option] = ONE if option == options[r] else ZERO
+
+
+@inner
+def _attend(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> None:
+    """Write I(s, o) = softmax(Linear(s) + Linear(o)), and s^I = SIZE I * s or SIZE I * Linear(s)."""
+    features, first = layout[0, FEATURES], layout[1]
+    states = block(work, capacity, 0, rows, features)
+    x = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
+    weights = block(work, capacity, layout[0, WEIGHTS], rows, SIZE)
+    scored = block(work, capacity, layout[0, SCORED], rows, SIZE)
+    bias = parameters[layout[0, STATE_BIAS] : layout[0, STATE_BIAS] + SIZE]
+    for r in range(rows):
+        for j in range(SIZE):
+            scored[r, j] = bias[j]
+    add_product(states[:, :SIZE], matrix(parameters, layout[0, STATE_WEIGHT], SIZE, SIZE), scored)
+    of_option = matrix(parameters, layout[0, OPTION_WEIGHT], NUM_OPTIONS, SIZE)
+    score = np.empty(SIZE, np.float64)
+    for r in range(rows):
+        highest = -np.inf
+        for j in range(SIZE):
+            score[j] = np.float64(scored[r, j] + of_option[options[r], j])
+            highest = max(highest, score[j])
+        total = 0.0
+        for j in range(SIZE):
+            score[j] = exp(score[j] - highest)
+            total += score[j]
+        for j in range(SIZE):
+            weights[r, j] = np.float32(score[j] / total)
+            attended = scored if layout[0, ATTENDED] == _LINEAR else states
+            x[r, j] = weights[r, j] * attended[r, j] * _SIZE
+        for trace in range(1, features // SIZE):
+            for j in range(SIZE):
+                x[r, trace * SIZE + j] = weights[r, j] * states[r, trace * SIZE + j] * _SIZE
+
+
+@inner
+def _normalise(y: Floats32, norms: Floats32, factors: Floats32) -> None:
+    """Make the mean of every row 0 and its variance 1; keep the outputs and the factors that scaled them."""
+    width = np.float32(y.shape[1])
+    for r in range(y.shape[0]):
+        mean = variance = ZERO
+        for j in range(y.shape[1]):
+            mean += y[r, j]
+        mean /= width
+        for j in range(y.shape[1]):
+            centred = y[r, j] - mean
+            variance = fma(centred, centred, variance)
+        factor = ONE / np.sqrt(variance / width + _EPSILON)
+        factors[r, 0] = factor
+        for j in range(y.shape[1]):
+            y[r, j] = (y[r, j] - mean) * factor
+            norms[r, j] = y[r, j]
+
+
+@kernel
+def evaluate(
+    parameters: Floats32, layout: Ints, work: Floats32, capacity: int, states: Floats32, options: Ints, values: Floats32
+) -> None:
+    """Write the values [B, outputs] of states [B, features] and options int64 [B], `capacity` rows at a time."""
+    for begin in range(0, states.shape[0], capacity):
+        rows = min(capacity, states.shape[0] - begin)
+        seen = block(work, capacity, 0, rows, layout[0, FEATURES])
+        for r in range(rows):
+            for f in range(seen.shape[1]):
+                seen[r, f] = states[begin + r, f]
+        found = forward(parameters, layout, work, capacity, rows, options[begin : begin + rows])
+        for r in range(rows):
+            for j in range(found.shape[1]):
+                values[begin + r, j] = found[r, j]
+
+
+@kernel
+def attend(
+    parameters: Floats32, layout: Ints, work: Floats32, states: Floats32, options: Ints, weights: Floats32
+) -> None:
+    """Write the attention I(s, o), [B, SIZE], of states [B, SIZE or more] and options int64 [B]; `work` is one row."""
+    for r in range(states.shape[0]):
+        seen = block(work, 1, 0, 1, layout[0, FEATURES])
+        for f in range(states.shape[1]):
+            seen[0, f] = states[r, f]
+        _read_state(parameters, layout, work, 1, 1, options[r : r + 1])
+        found = block(work, 1, layout[0, WEIGHTS], 1, SIZE)
+        for j in range(SIZE):
+            weights[r, j] = found[0, j]
+
+
+@inner
+def backward(
+    parameters: Floats32,
+    layout: Ints,
+    work: Floats32,
+    slopes: Floats32,
+    scratch: Floats32,
+    gradient: Floats32,
+    capacity: int,
+    first: int,
+    rows: int,
+    options: Ints,
+) -> None:
+    """Write the gradient by the parameters of the loss whose gradient by the values lies in `slopes`' last block.
+
+    Only the rows `first` to `first + rows` of the forward pass count. slopes: a workspace like `work`; scratch: room
+    for the largest weight; options: int64 [capacity], as in the forward pass.
+    """
+    for back in range(1, layout.shape[0]):
+        layer = layout.shape[0] - back
+        at = layout[layer]
+        x = block(work, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
+        slope = block(slopes, capacity, at[OUTPUTS], first + rows, at[FAN_OUT])[first:]
+        write_outer(x, slope, matrix(gradient, at[WEIGHT], at[FAN_IN], at[FAN_OUT]))
+        _sum_rows(slope, gradient[at[BIAS] : at[BIAS] + at[FAN_OUT]])
+        if layer == 1 and not layout[0, ATTENDED]:
+            return
+        turned = scratch[: at[FAN_IN] * at[FAN_OUT]].reshape((at[FAN_OUT], at[FAN_IN]))
+        weight = matrix(parameters, at[WEIGHT], at[FAN_IN], at[FAN_OUT])
+        for i in range(at[FAN_IN]):
+            for j in range(at[FAN_OUT]):
+                turned[j, i] = weight[i, j]
+        before = block(slopes, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
+        before[:] = ZERO
+        add_product(slope, turned, before)
+        if layer > 1:
+            for r in range(rows):
+                for i in range(at[FAN_IN]):
+                    before[r, i] = before[r, i] if x[r, i] > ZERO else ZERO
+            if layout[0, LAYER_NORM]:
+                last = layout[layer - 1]
+                _denormalise(
+                    before,
+                    block(work, capacity, last[NORMS], first + rows, last[FAN_OUT])[first:],
+                    block(work, capacity, last[FACTORS], first + rows, 1)[first:],
+                )
+    _attend_backward(layout, work, slopes, gradient, capacity, first, rows, options)
+
+
+@inner
+def _sum_rows(slope: Floats32, out: Floats32) -> None:
+    out[:] = ZERO
+    for r in range(slope.shape[0]):
+        for j in range(slope.shape[1]):
+            out[j] += slope[r, j]
+
+
+@inner
+def _denormalise(slope: Floats32, norms: Floats32, factors: Floats32) -> None:
+    """Turn the gradient by the outputs of a normalisation into that by its inputs."""
+    width = np.float32(slope.shape[1])
+    for r in range(slope.shape[0]):
+        mean = along = ZERO
+        for j in range(slope.shape[1]):
+            mean += slope[r, j]
+            along = fma(slope[r, j], norms[r, j], along)
+        mean, along = mean / width, along / width
+        for j in range(slope.shape[1]):
+            slope[r, j] = (slope[r, j] - mean - norms[r, j] * along) * factors[r, 0]
+
+
+@inner
+def _attend_backward(
+    layout: Ints,
+    work: Floats32,
+    slopes: Floats32,
+    gradient: Floats32,
+    capacity: int,
+    first: int,
+    rows: int,
+    options: Ints,
+) -> None:
+    """Write the gradient by the attention's parameters, given that by s^I in the slopes of the first layer's inputs."""
+    features, at = layout[0, FEATURES], layout[1]
+    states = block(work, capacity, 0, first + rows, features)[first:]
+    weights = block(work, capacity, layout[0, WEIGHTS], first + rows, SIZE)[first:]
+    attended = block(work, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
+    slope = block(slopes, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
+    scores = block(slopes, capacity, layout[0, SCORED], first + rows, SIZE)[first:]
+    of_option = matrix(gradient, layout[0, OPTION_WEIGHT], NUM_OPTIONS, SIZE)
+    of_option[:] = ZERO
+    for r in range(rows):
+        total = ZERO
+        for j in range(SIZE):
+            share = ZERO
+            for trace in range(features // SIZE):
+                share = fma(slope[r, trace * SIZE + j], attended[r, trace * SIZE + j], share)
+            scores[r, j] = share
+            total += share
+        for j in range(SIZE):
+            scores[r, j] = fma(-weights[r, j], total, scores[r, j])
+            of_option[options[first + r], j] += scores[r, j]
+            if layout[0, ATTENDED] == _LINEAR:
+                scores[r, j] = fma(slope[r, j] * weights[r, j], _SIZE, scores[r, j])
+    write_outer(states[:, :SIZE], scores, matrix(gradient, layout[0, STATE_WEIGHT], SIZE, SIZE))
+    _sum_rows(scores, gradient[layout[0, STATE_BIAS] : layout[0, STATE_BIAS] + SIZE])
+
+
+class ValueNetwork:
+    """A network that evaluates the parameters at `first` of a row of numbers, float32 [P]."""
+
+    _CAPACITY = 64
+
+    def __init__(self, architecture: Architecture, parameters: Floats32, first: int = 0) -> None:
+        self._parameters, self._outputs = parameters, architecture.outputs
+        self._layout, self._width = layout_of(architecture, first)
+        self._has_attention = bool(architecture.attended)
+
+    def values(self, states: Floats32, options: Ints | None = None) -> Floats32:
+        """Return the values, float32 [B, outputs], of states [B, features] and options int64 [B] if it reads them."""
+        values = np.empty((len(states), self._outputs), np.float32)
+        work = np.empty(self._width * self._CAPACITY, np.float32)
+        evaluate(self._parameters, self._layout, work, self._CAPACITY, *_inputs(states, options), values)
+        return values
+
+    def attention(self, states: Floats32, options: Ints) -> Floats32:
+        """Return the attention weights I(s, o), float32 [B, SIZE]; uniform without attention."""
+        weights = np.full((len(states), SIZE), 1 / SIZE, np.float32)
+        if self._has_attention:
+            attend(
+                self._parameters, self._layout, np.zeros(self._width, np.float32), *_inputs(states, options), weights
+            )
+        return weights
+
+
+def _inputs(states: Floats32, options: Ints | None) -> tuple[Floats32, Ints]:
+    options = np.zeros(len(states), np.int64) if options is None else np.ascontiguousarray(options, np.int64)
+    return np.ascontiguousarray(states, np.float32), options
+
+
+def flattened(parameters: Sequence[Floats32]) -> Floats32:
+    """Return these parameters in one row of numbers, float32 [P]."""
+    return np.concatenate([np.ravel(value) for value in parameters]).astype(np.float32)
