@@ -1,6 +1,6 @@
 """Proximal Policy Optimization by Stable-Baselines3: a control of the on-policy kind, made outside this package."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from math import ceil
@@ -19,13 +19,12 @@ from torch import nn
 from hhrl_agents.methods.configs import PPOConfig
 from hhrl_agents.methods.method import Method
 from hhrl_agents.networks.architectures import Parameters
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.seeding import Purpose, generator
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_agents.training.environments import require_world_seeds
 from hhrl_agents.training.learner import NOTHING, Learner, Start
 from hhrl_envs import Outcome, Scenario
 from hhrl_envs.arrays import Floats, Floats32, Ints, Keys
-from hhrl_envs.errors import require_value
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 from hhrl_envs.views.gym_env import StopLineEnv
 
@@ -34,28 +33,27 @@ LOSSES = {"policy": "train/policy_gradient_loss", "value": "train/value_loss"}
 
 
 class PPOLearner(Learner):
-    """Trains E independent seeds of a method by PPO, side by side.
+    """Trains a method by PPO.
 
-    Stable-Baselines3 keeps its state to itself, so a training that was stopped begins anew.
+    Stable-Baselines3 keeps its state to itself, so a training that was stopped begins anew. It draws from the global
+    generators of numpy and torch, so that no two learners may run at a time.
     """
+
+    runs_in_threads = False
 
     def __init__(
         self,
         method: Method,
         scenario: Scenario,
-        seeds: Sequence[int],
+        seed: int,
         world_seeds: Keys,
-        device: str = "cpu",
         drivers: Drivers = EGO_ALONE,
         start: Start = NOTHING,
     ) -> None:
-        super().__init__(method, scenario, seeds, losses=[*LOSSES])
+        super().__init__(method, scenario, seed, losses=[*LOSSES])
         self._require_plain(drivers, start)
-        require_value(device == "cpu", "device", repr(device), "cpu: PPO's small networks gain nothing from another")
-        require_world_seeds(world_seeds, len(seeds), self.config.n_envs)
-        self._trained = [
-            PPOSeed(self.config, scenario, seed, worlds) for seed, worlds in zip(seeds, world_seeds, strict=True)
-        ]
+        require_world_seeds(world_seeds, self.config.n_envs)
+        self._trained = PPOSeed(self.config, scenario, seed, world_seeds)
 
     def _advance(self, env_steps: int) -> None:
         """Take one rollout, the last one as short as the budget asks for, and its updates; see `Learner._advance`."""
@@ -63,19 +61,19 @@ class PPOLearner(Learner):
         remaining = ceil((env_steps - self.env_steps) / config.n_envs)
         steps, share = min(config.rollout_steps, remaining), 1.0 - remaining * config.n_envs / env_steps
         learning_rate = config.learning_rate_at(share)
-        losses = np.stack([trained.advance(steps, learning_rate) for trained in self._trained])
-        self._add_losses(losses.T)
+        self._add_losses(self._trained.advance(steps, learning_rate))
         self.env_steps += steps * config.n_envs
         self.updates += config.epochs * ceil(steps * config.n_envs / config.batch_size)
 
-    def _parameters(self, index: int) -> Parameters:
-        return self._trained[index].parameters()
+    def _policy_parameters(self) -> Parameters:
+        return self._trained.parameters()
 
     def _take_outcome_counts(self) -> Ints:
-        return np.stack([trained.counter.take() for trained in self._trained])
+        return self._trained.counter.take()
 
-    def _metadata(self, seed: int) -> dict[str, Any]:
-        metadata = super()._metadata(seed)
+    def _metadata(self) -> dict[str, Any]:
+        metadata = super()._metadata()
+        metadata["versions"]["torch"] = torch.__version__
         metadata["versions"]["stable_baselines3"] = stable_baselines3.__version__
         return metadata
 
@@ -158,7 +156,7 @@ class GlobalStreams:
     """What one seed draws from the global generators of numpy and torch, a pure function of the seed."""
 
     def __init__(self, seed: int) -> None:
-        drawn = int(generators([seed], Purpose.INITIALISATION)[0].integers(2**32))
+        drawn = int(generator(seed, Purpose.INITIALISATION).integers(2**32))
         legacy = np.random.RandomState(drawn)
         self._states: States = (legacy.get_state(), torch.Generator().manual_seed(drawn).get_state())
 

@@ -1,4 +1,4 @@
-"""PQN, the parallelised Q-network: Q-learning without replay and without a target network, for E stacked seeds.
+"""PQN, the parallelised Q-network: Q-learning without replay and without a target network.
 
 Gallici et al. (2024), "Simplifying Deep Temporal Difference Learning": many environments take a short rollout, its
 Q(lambda) returns are computed once, some epochs of shuffled mini-batches regress the values on them, and the rollout
@@ -9,25 +9,24 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
-import torch
-from torch import Tensor
 
 from hhrl_agents.agent import ACTION, NO_OPTION
-from hhrl_agents.algorithms.td_errors import LevelErrors
+from hhrl_agents.algorithms.td_errors import Level, Room, Settings, make_room, regress
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.mlp import MLP, subset
-from hhrl_agents.seeding import Purpose, generators, restore_streams, save_streams
+from hhrl_agents.networks.layers import FEATURES, block, forward
+from hhrl_agents.networks.parameters import Memory, advance_powers
+from hhrl_agents.seeding import Purpose, generator, restore_stream, save_stream
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_agents.training.exploration import GREEDY
-from hhrl_agents.training.learner import NOTHING, StackedLearner, Start
+from hhrl_agents.training.learner import NOTHING, Start, ValueLearner
 from hhrl_envs import Scenario
 from hhrl_envs.arrays import Flags, Floats, Floats32, Ints, Keys
+from hhrl_envs.simulation.engine.compilation import kernel
 from hhrl_envs.state import State
 
 
 class RolloutStep(NamedTuple):
-    """One step of every environment, [E, n, ...]: s, a, r, what discounts V(s'), s' before any reset, and its end."""
+    """One step of every environment, [n, ...]: s, a, r, what discounts V(s'), s' before any reset, and its end."""
 
     observations: Floats32
     actions: Ints
@@ -38,95 +37,92 @@ class RolloutStep(NamedTuple):
 
 
 class Targets(NamedTuple):
-    """A rollout to learn from, K columns a seed: states [E, features, K], actions int64 and returns, [E, 1, K] each."""
+    """A rollout to learn from: states [K, features], actions int64 [K] and returns, float32 [K]."""
 
-    states: Tensor
-    actions: Tensor
-    returns: Tensor
-
-    def pick(self, columns: Tensor) -> "Targets":
-        """Return these columns of each seed, int64 [E, 1, M]."""
-        states = self.states.gather(2, columns.expand(-1, self.states.shape[1], -1))
-        return Targets(states, self.actions.gather(2, columns), self.returns.gather(2, columns))
+    states: Floats32
+    actions: Ints
+    returns: Floats32
 
 
-class PQNLearner(StackedLearner):
-    """Trains E independent seeds of a method by PQN."""
+class PQNLearner(ValueLearner):
+    """Trains a method by PQN."""
 
     def __init__(
         self,
         method: Method,
         scenario: Scenario,
-        seeds: Sequence[int],
+        seed: int,
         world_seeds: Keys,
-        device: str = "cpu",
         drivers: Drivers = EGO_ALONE,
         start: Start = NOTHING,
     ) -> None:
-        super().__init__(method, scenario, seeds, world_seeds, device, drivers, start)
+        super().__init__(method, scenario, seed, world_seeds, drivers, start)
         self._require_plain(drivers, start)
-        self._device = torch.device(device)
-        self._network = MLP(subset(self.stack.online, "action."), layer_norm=self.config.layer_norm)
-        self._gradients = subset(self.stack.gradients, "action.")
-        self._shufflers = generators(seeds, Purpose.SHUFFLING)
+        self._network, self._shuffler = self._networks["action"], generator(seed, Purpose.SHUFFLING)
+        layout, (first, last) = self.parameters.layouts["action"], self.parameters.parts["action"]
+        self._level = Level(
+            ACTION, layout, np.zeros(scenario.num_actions, np.float32), learns=True, first=first, last=last
+        )
+        size = self.config.rollout_size // self.config.minibatches
+        self._room = make_room([self.parameters.widths["action"]], [layout], size)
 
     def state(self) -> State:
         """Return all that the training depends on; see `Learner.state`."""
-        return {**super().state(), **save_streams(self._shufflers)}
+        return {**super().state(), **save_stream(self._shuffler)}
 
     def restore(self, state: State) -> None:
         """Go on where another learner has been; see `Learner.restore`."""
         super().restore(state)
-        restore_streams(self._shufflers, state)
+        restore_stream(self._shuffler, state)
 
     def _advance(self, env_steps: int) -> None:
         config, share = self.config, self.env_steps / env_steps
         epsilon, learning_rate = config.epsilon_at(share), config.learning_rate_at(share)
         targets = self._targets([self._interact(epsilon) for _ in range(config.rollout_steps)])
+        settings = Settings(0.0, learning_rate, config.max_gradient_norm)
         for _ in range(config.epochs):
-            for columns in self._shuffled():
-                self._update(targets.pick(columns), learning_rate)
+            order = self._shuffler.permutation(config.rollout_size)
+            for columns in np.split(order, config.minibatches):
+                self._add_losses([fit(self._memory, self._level, targets, columns, self._room, settings)])
+                self.updates += 1
 
     def _interact(self, epsilon: float) -> RolloutStep:
         """Step every environment once and return what happened."""
         features = self._environments.features
         tried = self._explorers[0].draw(epsilon)
-        greedy = self._network(self._columns(features[None])).max(1).indices.cpu().numpy()
-        actions = np.where(tried == GREEDY, greedy, tried)
+        actions = np.where(tried == GREEDY, self._network.values(features).argmax(axis=1), tried)
         step, ended = self._environments.step(np.full_like(actions, NO_OPTION), actions)
         self.env_steps += self.config.n_envs
-        rewards = step.rewards[..., ACTION]
-        return RolloutStep(features, actions, rewards, step.discounts, step.next_observations, ended)
+        return RolloutStep(features, actions, step.rewards[:, ACTION], step.discounts, step.next_observations, ended)
 
     def _targets(self, steps: Sequence[RolloutStep]) -> Targets:
         """Return the rollout's states and actions with their Q(lambda) returns by the network as it is now."""
         rollout = RolloutStep(*(np.stack(parts) for parts in zip(*steps, strict=True)))
-        best = self._network(self._columns(rollout.next_observations)).amax(1).cpu().double().numpy()
-        values = best.reshape(len(self.seeds), len(steps), -1).swapaxes(0, 1)
+        features = rollout.observations.shape[-1]
+        best = self._network.values(rollout.next_observations.reshape(-1, features)).max(axis=1)
+        values = best.astype(np.float64).reshape(rollout.rewards.shape)
         decay = self.config.trace_decay
         returns = lambda_returns(rollout.rewards, rollout.discounts, values, rollout.ended, decay)
-        states, actions = self._columns(rollout.observations), self._columns(rollout.actions[..., None])
-        return Targets(states, actions, self._columns(returns.astype(np.float32)[..., None]))
+        states = rollout.observations.reshape(-1, features)
+        return Targets(states, rollout.actions.ravel(), returns.astype(np.float32).ravel())
 
-    def _shuffled(self) -> Sequence[Tensor]:
-        """Return every column of a rollout once, each seed's in an order of its own, as mini-batches [E, 1, M]."""
-        size = self.config.rollout_size
-        orders = np.stack([shuffler.permutation(size) for shuffler in self._shufflers])
-        return torch.from_numpy(orders).to(self._device).unsqueeze(1).chunk(self.config.minibatches, dim=2)
 
-    def _update(self, batch: Targets, learning_rate: float) -> None:
-        """Take one gradient step of every seed down the mean squared error of its mini-batch."""
-        values, forward_pass = self._network.forward(batch.states)
-        errors = batch.returns - values.gather(1, batch.actions)
-        level = LevelErrors(errors, batch.actions, values, self._network, forward_pass, self._gradients)
-        self._add_losses([level.backward(slice(None), torch.ones_like(errors))])
-        self._optimiser.step(self.stack.gradient, learning_rate)
-        self.updates += 1
-
-    def _columns(self, rollout: npt.NDArray[np.generic]) -> Tensor:
-        """Return [E, F, T n] for [T, E, n, F]."""
-        by_feature = np.moveaxis(rollout, (1, 3), (0, 1))
-        return torch.from_numpy(by_feature.reshape(*by_feature.shape[:2], -1)).to(self._device)
+@kernel
+def fit(memory: Memory, level: Level, targets: Targets, columns: Ints, room: Room, settings: Settings) -> float:
+    """Return the mean squared error of the values of these transitions, int64 [M], after one gradient step down it."""
+    count = columns.size
+    states = block(room.online, room.capacity, 0, count, level.layout[0, FEATURES])
+    errors, weights = np.empty(count, np.float32), np.ones(count, np.float32)
+    actions = np.empty(count, np.int64)
+    for m in range(count):
+        actions[m] = targets.actions[columns[m]]
+        for f in range(states.shape[1]):
+            states[m, f] = targets.states[columns[m], f]
+    values = forward(memory.online, level.layout, room.online, room.capacity, count, actions)
+    for m in range(count):
+        errors[m] = targets.returns[columns[m]] - values[m, actions[m]]
+    advance_powers(memory.powers)
+    return regress(memory, level, errors, actions, actions, 0, count, weights, room, settings)
 
 
 def lambda_returns(rewards: Floats, discounts: Floats, values: Floats, ended: Flags, decay: float) -> Floats:

@@ -1,250 +1,228 @@
-"""Temporal-difference errors of Double DQN for stacked seeds: of one learned level, and of flat and hierarchical ones.
+"""Temporal-difference learning in compiled code: the errors of a level's values, their gradients, and Adam's steps.
 
-A level is a network of choices and their values; an algorithm says what to choose at each level, and towards which
-target its values move.
+One call takes a whole gradient step at every level. O* = argmax_o Q^o(s', o) and Y^o = r^o + gamma Q^o'(s', O*);
+A* = argmax_a Q^a(s'^I, O*, a) and Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network
+(Eq. (qo), (qa)). A flat method has the action level alone (Eq. (ddqn)). A level that is given has no values: O* is then
+what the rule selects at s'.
 """
 
-from collections.abc import Callable, Collection, Sequence
-from functools import partial
-from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
-import torch
-from torch import Tensor
 
-from hhrl_agents.agent import NO_OPTION
-from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.architectures import Parameters as FrozenParameters
-from hhrl_agents.networks.attention import one_hot
-from hhrl_agents.networks.mlp import MLP, Parameters, subset
-from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.networks.value_networks import ActionNetwork, mask_penalty
-from hhrl_agents.policies.learned_agent import given_actions, given_options
-from hhrl_agents.replay.buffer import MiniBatch
-from hhrl_agents.training.exploration import GREEDY
-from hhrl_envs import Scenario
+from hhrl_agents.networks.arithmetic import ZERO
+from hhrl_agents.networks.layers import FAN_IN, FAN_OUT, FEATURES, backward, block, forward, values_of
+from hhrl_agents.networks.parameters import Memory, advance_powers, descend
+from hhrl_agents.replay.buffer import ACTIONS, DISCOUNT, NUMBERS, OPTIONS, REWARDS
 from hhrl_envs.arrays import Floats, Floats32, Ints
+from hhrl_envs.simulation.engine.compilation import inner, kernel
 
 
-class LevelErrors(NamedTuple):
-    """The temporal-difference errors Y - Q of one level's network, and what their gradient needs.
+class Level(NamedTuple):
+    """One level of a method.
 
-    errors: [E, 1, M]; choices: whose values erred, int64 [E, 1, M]; values: of all choices, [E, C, M];
-    forward_pass: what the network's has left; gradients: where its parameters' gradients belong.
+    column: of its reward among those of a transition. layout: of its network; no rows where the level is given. mask:
+    float32 [C], what is added to the values of its choices, -infinity for an absent one. learns: whether its
+    parameters, `first` to `last` in the row of all, move.
     """
 
-    errors: Tensor
-    choices: Tensor
-    values: Tensor
-    network: Any
-    forward_pass: Any
-    gradients: Parameters
-
-    def backward(self, part: slice, weights: Tensor) -> Floats:
-        """Return the losses float64 [E], the weighted mean squared errors of the columns `part`; write the gradients.
-
-        weights: [E, 1, K] for the K columns of `part`.
-        """
-        errors = self.errors[..., part]
-        weighted = errors * weights
-        slope = torch.zeros_like(self.values[..., part])
-        slope.scatter_(1, self.choices[..., part], weighted * (-2.0 / errors.shape[2]))
-        self.network.backward(self.forward_pass.columns(part), slope, self.gradients)
-        losses: Floats = (weighted * errors).mean((1, 2)).cpu().double().numpy()
-        return losses
+    column: int
+    layout: Ints
+    mask: Floats32
+    learns: bool
+    first: int
+    last: int
 
 
-class LearnedLevel:
-    """One level of E stacked seeds: online and target networks of the parameters whose names begin with `level`.
+class Room(NamedTuple):
+    """Room for what a step computes on the way: three workspaces of `capacity` rows, and one weight."""
 
-    network: makes a network of its parameters; it is called with states [E, features, K], and with one-hot options
-    where the level is given one. alpha: of advantage learning, 0 without. penalty: what its values are lowered by where
-    a choice is absent, [C, 1].
+    capacity: int
+    online: Floats32
+    target: Floats32
+    slopes: Floats32
+    scratch: Floats32
+
+
+class Batch(NamedTuple):
+    """Mini-batches of K transitions, one or one for each level, M in all, side by side.
+
+    rows: the replay's, float32 [capacity, numbers]; indices: int64 [M]; given: int64 [M], the options at the next states
+    where the option level has no network; firsts: int64 [levels], where in the M each level's K begin; weights: float32
+    [levels, K], what squared errors are multiplied with. Both have a row for each level that learns.
     """
 
-    def __init__(
-        self,
-        level: str,
-        network: Callable[[Parameters], Any],
-        stack: ParameterStack,
-        alpha: float,
-        penalty: Tensor | None = None,
-    ) -> None:
-        self._online = network(subset(stack.online, f"{level}."))
-        self._target = network(subset(stack.target, f"{level}."))
-        self._both = network(subset(stack.both, f"{level}."))
-        self._gradients = subset(stack.gradients, f"{level}.")
-        self._alpha, self._penalty = alpha, penalty
-
-    def choose(self, tried: Ints, *inputs: Tensor) -> Ints:
-        """Return the choices, int64 [E, n]: those `tried` [E, n], the best of the online network where it is GREEDY."""
-        return np.where(tried == GREEDY, self._masked(self._online(*inputs)).max(1).indices.cpu().numpy(), tried)
-
-    def following(self, *inputs: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the choices at the next states and their target values; see `double_q`.
-
-        inputs: those of every seed's online network, then those of the target networks, [2E, features, K].
-        """
-        return double_q(self._masked(self._both(*inputs)))
-
-    def errors(self, target: Tensor, choices: Tensor, *inputs: Tensor) -> LevelErrors:
-        """Return the errors of the values of the `choices` made, int64 [E, 1, K], from the `target`, [E, 1, K]."""
-        values, forward_pass = self._online.forward(*inputs)
-        errors = target - values.gather(1, choices)
-        if self._alpha > 0.0:
-            errors -= self._alpha * shortfall(self._masked(self._target(*inputs)), choices)
-        return LevelErrors(errors, choices, values, self._online, forward_pass, self._gradients)
-
-    def _masked(self, values: Tensor) -> Tensor:
-        return values if self._penalty is None else values + self._penalty
+    rows: Floats32
+    indices: Ints
+    given: Ints
+    firsts: Ints
+    weights: Floats32
 
 
-def double_q(values: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the online network's best choice, int64 [E, 1, K], and the target network's value of it, [E, 1, K].
+class Settings(NamedTuple):
+    """The hyperparameters of a step: alpha of advantage learning, Adam's learning rate, the bound of gradients."""
 
-    values: [2E, C, K], the online networks' of every seed, then the target networks'.
+    alpha: float
+    learning_rate: float
+    max_norm: float
+
+
+class Found(NamedTuple):
+    """What a step finds at each level that learns: errors Y - Q, float32 [levels, M], mean losses, largest |Q|."""
+
+    errors: Floats32
+    losses: Floats
+    largest: Floats
+
+
+def make_room(widths: list[int], layouts: list[Ints], capacity: int) -> Room:
+    """Return room for networks with these widths of a workspace's row and these layouts."""
+    width = max(widths)
+    largest = max(int((layout[1:, FAN_IN] * layout[1:, FAN_OUT]).max()) for layout in layouts)
+    spaces = [np.zeros(width * capacity, np.float32) for _ in range(3)]
+    return Room(capacity, *spaces, np.zeros(largest, np.float32))
+
+
+@kernel
+def learn(
+    memory: Memory, option: Level, action: Level, batch: Batch, room: Room, settings: Settings, found: Found
+) -> None:
+    """Take one gradient step at every level that learns."""
+    count, numbers = batch.indices.size, batch.rows.shape[1] - NUMBERS
+    advance_powers(memory.powers)
+    options, actions = np.empty(count, np.int64), np.empty(count, np.int64)
+    for m in range(count):
+        row = batch.rows[batch.indices[m]]
+        options[m], actions[m] = int(row[numbers + OPTIONS]), int(row[numbers + ACTIONS])
+    best, values = batch.given.copy(), np.zeros(count, np.float32)
+    if option.layout.shape[0]:
+        _follow(memory, option, batch, batch.given, room, best, values)
+    if option.learns:
+        _learn_level(memory, option, batch, values, options, options, 0, room, settings, found)
+    if action.learns:
+        greedy, place = np.empty(count, np.int64), int(option.learns)
+        _follow(memory, action, batch, best, room, greedy, values)
+        _learn_level(memory, action, batch, values, options, actions, place, room, settings, found)
+
+
+@inner
+def _follow(
+    memory: Memory, level: Level, batch: Batch, options: Ints, room: Room, best: Ints, values: Floats32
+) -> None:
+    """Write the online network's best choices at the next states, and the target network's values of them, [M] each."""
+    count, features = batch.indices.size, level.layout[0, FEATURES]
+    _load(batch, features, features, room.online, room.capacity)
+    _load(batch, features, features, room.target, room.capacity)
+    online = forward(memory.online, level.layout, room.online, room.capacity, count, options)
+    target = forward(memory.target, level.layout, room.target, room.capacity, count, options)
+    for m in range(count):
+        best[m] = _best(online[m], level.mask)
+        values[m] = target[m, best[m]]
+
+
+@inner
+def _learn_level(
+    memory: Memory,
+    level: Level,
+    batch: Batch,
+    values: Floats32,
+    options: Ints,
+    choices: Ints,
+    place: int,
+    room: Room,
+    settings: Settings,
+    found: Found,
+) -> None:
+    """Write the errors of the values of `choices` [M], and move the level's parameters down those of its mini-batch.
+
+    values: what the next states are worth; options: what the network reads; place: of the level among those that learn.
     """
-    online, target = values.chunk(2)
-    best = online.max(1, keepdim=True).indices
-    return best, target.gather(1, best)
+    count, features = batch.indices.size, level.layout[0, FEATURES]
+    _load(batch, 0, features, room.online, room.capacity)
+    online = forward(memory.online, level.layout, room.online, room.capacity, count, options)
+    errors, reward = found.errors[place], 2 * features + REWARDS + level.column
+    found.largest[place] = 0.0
+    for m in range(count):
+        row = batch.rows[batch.indices[m]]
+        errors[m] = row[reward] + row[2 * features + DISCOUNT] * values[m] - online[m, choices[m]]
+        for choice in range(online.shape[1]):
+            found.largest[place] = max(found.largest[place], abs(np.float64(online[m, choice])))
+    if settings.alpha > 0.0:
+        _load(batch, 0, features, room.target, room.capacity)
+        target = forward(memory.target, level.layout, room.target, room.capacity, count, options)
+        for m in range(count):
+            short = target[m, _best(target[m], level.mask)] - target[m, choices[m]]
+            errors[m] -= np.float32(settings.alpha) * short
+    first, size = batch.firsts[place], batch.weights.shape[1]
+    found.losses[place] = regress(
+        memory, level, errors, choices, options, first, size, batch.weights[place], room, settings
+    )
 
 
-def shortfall(values: Tensor, choices: Tensor) -> Tensor:
-    """Return how much less than the best of `values` [E, C, K] the value of each choice is, [E, 1, K]."""
-    return values.max(1, keepdim=True).values - values.gather(1, choices)
+@inner
+def regress(
+    memory: Memory,
+    level: Level,
+    errors: Floats32,
+    choices: Ints,
+    options: Ints,
+    first: int,
+    size: int,
+    weights: Floats32,
+    room: Room,
+    settings: Settings,
+) -> float:
+    """Return the weighted mean squared error of the rows `first` to `first + size` after a step of Adam down it.
 
-
-Choices = tuple[Ints, Ints]
-"""Options and actions, int64 [E, n] each."""
-
-
-class Algorithm(Protocol):
-    """What the learner's loop asks of a value-learning algorithm for E stacked seeds.
-
-    levels: the names of what is learned, which begin its parameters' names.
+    The forward pass of these states lies in `room.online`.
     """
-
-    levels: Sequence[str]
-
-    def choose(self, observations: Floats32, tried: Sequence[Ints]) -> Choices:
-        """Return options and actions, int64 [E, n], for observations [E, n, features].
-
-        tried: for each of `levels` the choices [E, n] to try, or `GREEDY` where the highest value decides.
-        """
-
-    def td_errors(self, batch: MiniBatch) -> tuple[LevelErrors, ...]:
-        """Return the errors of each of `levels`."""
-
-
-class DoubleDQN:
-    """Flat Double DQN (Eq. (ddqn)): one action-value network, rewarded by the action level's column, r^task."""
-
-    def __init__(self, method: Method, stack: ParameterStack) -> None:
-        self.levels: Sequence[str] = method.levels
-        network = partial(MLP, layer_norm=method.config.layer_norm)
-        self._action = LearnedLevel("action", network, stack, method.config.advantage_learning)
-        self._device = stack.flat.device
-
-    def choose(self, observations: Floats32, tried: Sequence[Ints]) -> Choices:
-        """Return no options (-1) and the actions; see `Algorithm.choose`."""
-        actions = self._action.choose(tried[0], _columns(observations, self._device))
-        return np.full_like(actions, NO_OPTION), actions
-
-    def td_errors(self, batch: MiniBatch) -> tuple[LevelErrors, ...]:
-        """Return the errors of the action values; see `Algorithm.td_errors`."""
-        _, value = self._action.following(_twice(batch.next_observations))
-        target = batch.action_rewards + batch.discounts * value
-        return (self._action.errors(target, batch.actions, batch.observations),)
+    slopes = values_of(level.layout, room.slopes, room.capacity, first + size)
+    slopes[first:] = ZERO
+    loss, factor = 0.0, np.float32(-2.0 / size)
+    for k in range(size):
+        weighted = errors[first + k] * weights[k]
+        slopes[first + k, choices[first + k]] = weighted * factor
+        loss += np.float64(weighted) * np.float64(errors[first + k])
+    backward(
+        memory.online,
+        level.layout,
+        room.online,
+        room.slopes,
+        room.scratch,
+        memory.gradient,
+        room.capacity,
+        first,
+        size,
+        options,
+    )
+    part = slice(level.first, level.last)
+    descend(
+        memory.online[part],
+        memory.gradient[part],
+        memory.mean[part],
+        memory.variance[part],
+        memory.powers,
+        settings.learning_rate,
+        settings.max_norm,
+    )
+    return loss / size
 
 
-class HierarchicalDoubleDQN:
-    """Option and action values, both one-step and both acting at every step (Eq. (qo), (qa)).
-
-    O* = argmax_o Q^o(s', o) and Y^o = r^o + gamma Q^o'(s', O*); A* = argmax_a Q^a(s'^I, O*, a) and
-    Y^a = r^a + gamma Q^a'(s'^I, O*, A*), where a prime on Q marks the target network. A level that is given has no
-    values: O* is then what the rule selects at s'.
-
-    frozen: the parameters of a given action level; fixed: levels of the stack that choose and do not learn.
-    """
-
-    def __init__(
-        self,
-        method: Method,
-        scenario: Scenario,
-        stack: ParameterStack,
-        frozen: FrozenParameters = MappingProxyType({}),
-        fixed: Collection[str] = (),
-    ) -> None:
-        self._device = stack.flat.device
-        self.levels: Sequence[str] = tuple(level for level in method.levels if level not in fixed)
-        self._option = self._action = None
-        alpha = method.config.advantage_learning
-        if "option" in method.levels:
-            network = partial(MLP, layer_norm=method.config.layer_norm)
-            penalty = mask_penalty(scenario.option_mask).to(self._device)
-            self._option = LearnedLevel("option", network, stack, alpha, penalty)
-        else:
-            self._given_options = given_options(method, scenario)
-        if "action" in method.levels:
-            self._action = LearnedLevel("action", partial(ActionNetwork, config=method.config), stack, alpha)
-        else:
-            self._given_actions = given_actions(method, scenario, frozen)
-
-    def choose(self, observations: Floats32, tried: Sequence[Ints]) -> Choices:
-        """Return the options, and the actions given those; see `Algorithm.choose`."""
-        states, rows, shape = _columns(observations, self._device), _rows(observations), tried[0].shape
-        trials, greedy = dict(zip(self.levels, tried, strict=True)), np.full(shape, GREEDY)
-        if self._option:
-            options = self._option.choose(trials.get("option", greedy), states)
-        else:
-            options = self._given_options(rows).reshape(shape)
-        if self._action:
-            trial = trials.get("action", greedy)
-            return options, self._action.choose(trial, states, one_hot(self._column(options)))
-        return options, self._given_actions(rows, options.reshape(-1)).reshape(shape)
-
-    def td_errors(self, batch: MiniBatch) -> tuple[LevelErrors, ...]:
-        """Return the errors of the learned levels' values; see `Algorithm.td_errors`."""
-        following, errors = _twice(batch.next_observations), []
-        if self._option:
-            best, value = self._option.following(following)
-        else:
-            best = self._options_at(batch.next_observations)
-        if self._option and "option" in self.levels:
-            target = batch.option_rewards + batch.discounts * value
-            errors.append(self._option.errors(target, batch.options, batch.observations))
-        if self._action and "action" in self.levels:
-            _, value = self._action.following(following, _twice(one_hot(best)))
-            target = batch.action_rewards + batch.discounts * value
-            errors.append(self._action.errors(target, batch.actions, batch.observations, one_hot(batch.options)))
-        return tuple(errors)
-
-    def _options_at(self, states: Tensor) -> Tensor:
-        """Return the given options, int64 [E, 1, K], for states [E, features, K]."""
-        rows = states.transpose(1, 2).cpu().numpy()
-        return self._column(self._given_options(_rows(rows)).reshape(rows.shape[:2]))
-
-    def _column(self, options: Ints) -> Tensor:
-        return torch.from_numpy(options).to(self._device).unsqueeze(1)
+@inner
+def _load(batch: Batch, column: int, features: int, work: Floats32, capacity: int) -> None:
+    """Write the states that begin at a column of the transitions into a workspace's first block."""
+    states = block(work, capacity, 0, batch.indices.size, features)
+    for m in range(batch.indices.size):
+        row = batch.rows[batch.indices[m]]
+        for f in range(features):
+            states[m, f] = row[column + f]
 
 
-def make_algorithm(
-    method: Method, scenario: Scenario, stack: ParameterStack, frozen: FrozenParameters, fixed: Collection[str] = ()
-) -> Algorithm:
-    """Return the algorithm that learns the method's levels; see `HierarchicalDoubleDQN` for `frozen` and `fixed`."""
-    if method.hierarchical:
-        return HierarchicalDoubleDQN(method, scenario, stack, frozen, fixed)
-    return DoubleDQN(method, stack)
-
-
-def _rows(features: Floats32) -> Floats32:
-    return features.reshape(-1, features.shape[-1])
-
-
-def _columns(observations: Floats32, device: torch.device) -> Tensor:
-    return torch.from_numpy(observations).to(device).transpose(1, 2)
-
-
-def _twice(tensor: Tensor) -> Tensor:
-    return torch.cat((tensor, tensor))
+@inner
+def _best(values: Floats32, mask: Floats32) -> int:
+    """Return the choice of the highest value, the first one on a tie."""
+    best = 0
+    for choice in range(1, values.size):
+        if values[choice] + mask[choice] > values[best] + mask[best]:
+            best = choice
+    return best

@@ -1,119 +1,180 @@
 """Prioritised experience replay: plain, and hierarchical with priorities for each level (Algorithm 3)."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from hhrl_agents.agent import ACTION, OPTION
 from hhrl_agents.methods.configs import DoubleDQNConfig
 from hhrl_agents.methods.method import Method
+from hhrl_agents.networks.arithmetic import power
 from hhrl_agents.replay.buffer import Draw, Sampler, UniformSampler
-from hhrl_agents.replay.sum_tree import SumTrees
-from hhrl_agents.seeding import restore_streams, save_streams, uniforms
-from hhrl_envs.arrays import Floats, Ints
+from hhrl_agents.replay.sum_tree import FAN_OUT, SumTrees, assign, find
+from hhrl_agents.seeding import restore_stream, save_stream
+from hhrl_envs.arrays import Floats, Floats32, Ints
+from hhrl_envs.simulation.engine.compilation import inner, kernel
 from hhrl_envs.state import State, read
 
 SCALE_RATE = 0.01
 """Rate at which the running magnitude of a level's TD error follows the batches."""
 
+_MEAN, _CLIP, _SHIFT = range(3)
+_SMALLEST = 1e-12  # magnitude that errors are divided by
+
 
 class PrioritisedSampler:
-    """Plain prioritised replay (Schaul et al., 2016): one mini-batch, P ~ p^alpha, that all levels learn from.
+    """Prioritised replay: plain (Schaul et al., 2016), or hierarchical (Algorithm 3) with a tree for each level.
 
-    A level's loss weighs its mini-batch by [N P]^-beta / max, N the number of stored transitions. The TD errors of all
-    levels are evaluated on every drawn transition, so each gets all its priorities; new transitions get the highest so
-    far. With every error divided by its level's running magnitude, the priority is the mean error of the levels.
-
-    trees: sum trees over the one buffer, each of which has priorities and a mini-batch of its own.
+    P ~ p^alpha, and a level's loss weighs its mini-batch by [N P]^-beta / max, N the number of stored transitions. The
+    TD errors of all levels are evaluated on every drawn transition, so each gets all its priorities; new transitions
+    get the highest so far. With every error divided by its level's running magnitude, the plain priority, of the one
+    mini-batch that all levels learn from, is the mean error of the levels. The hierarchical ones, Eq. (pri), each with
+    a mini-batch of its own, are p^o = |delta_o| and p^a = max(|delta_a| - |delta_o|, 0). `config.priority` = "shift" is
+    the paper's literal p^a, the undivided |delta_a| - |delta_o| minus its minimum over the mini-batches.
     """
 
     def __init__(
         self,
-        streams: Sequence[np.random.Generator],
+        stream: np.random.Generator,
         levels: int,
         capacity: int,
         config: DoubleDQNConfig,
-        trees: int = 1,
+        *,
+        hierarchical: bool = False,
     ) -> None:
-        self._streams, self._config, self._num_trees = streams, config, trees
-        size = config.batch_size
-        self._parts = [slice(level % trees * size, (level % trees + 1) * size) for level in range(levels)]
-        self._strata = np.arange(size)
-        self._trees = SumTrees(trees * len(streams), capacity)
-        self._highest = np.ones((trees, len(streams)))
-        self._magnitude = np.zeros((levels, len(streams)))
+        self._stream, self._config = stream, config
+        trees = levels if hierarchical else 1
+        self._kind = (_SHIFT if config.priority == "shift" else _CLIP) if hierarchical else _MEAN
+        self._firsts = np.arange(levels) % trees * config.batch_size
+        self._trees = SumTrees(trees, capacity)
+        self._highest: Floats = np.ones(trees)
+        self._magnitude: Floats = np.zeros(levels)
 
     def added(self, indices: Ints) -> None:
         """Give the new transitions the highest priority; see `Sampler.added`."""
-        self._trees.assign(np.tile(indices, (self._num_trees, 1)), self._highest.reshape(-1, 1))
+        _add(self._trees.nodes, self._trees.starts, indices, self._highest)
 
-    def draw(self, stored: Ints) -> Draw:
+    def draw(self, stored: int) -> Draw:
         """Return each tree's mini-batch, one beside the other; see `Sampler.draw`."""
-        seeds, size = len(self._streams), self._config.batch_size
-        uniform = uniforms(self._streams, self._num_trees, size).swapaxes(0, 1)
-        indices = self._trees.find(((self._strata + uniform) / size).reshape(-1, size))
-        chances = self._trees.priorities(indices) / self._trees.totals[:, None]
-        weights = (np.tile(stored, self._num_trees)[:, None] * chances) ** -self._config.importance_exponent
-        weights = (weights / weights.max(-1, keepdims=True)).astype(np.float32).reshape(-1, seeds, 1, size)
-        side_by_side = indices.reshape(-1, seeds, size).swapaxes(0, 1).reshape(seeds, -1)
-        return Draw(side_by_side, self._parts, [weights[level % len(weights)] for level in range(len(self._parts))])
+        uniforms = self._stream.random((len(self._trees.nodes), self._config.batch_size))
+        indices, weights = _draw(
+            self._trees.nodes, self._trees.starts, uniforms, stored, self._config.importance_exponent
+        )
+        return Draw(indices, self._firsts, weights[self._firsts // self._config.batch_size])
 
-    def update(self, indices: Ints, errors: Floats) -> None:
+    def update(self, indices: Ints, errors: Floats32) -> None:
         """Give the drawn transitions their new priorities in every tree; see `Sampler.update`."""
-        priorities = (self._priorities(errors) + self._config.priority_floor) ** self._config.priority_exponent
-        np.maximum(self._highest, priorities.max(-1), out=self._highest)
-        self._trees.assign(np.tile(indices, (self._num_trees, 1)), priorities.reshape(-1, indices.shape[1]))
+        config, trees = self._config, self._trees
+        given = (config.priority_floor, config.priority_exponent)
+        _update(trees.nodes, trees.starts, indices, errors, self._highest, self._magnitude, self._kind, *given)
 
     def state(self) -> State:
-        """Return generators, trees, highest priorities and magnitudes; see `hhrl_agents.stateful.Stateful`."""
-        return {**save_streams(self._streams), **{name: array.copy() for name, array in self._memory().items()}}
+        """Return generator, trees, highest priorities and magnitudes; see `hhrl_agents.stateful.Stateful`."""
+        return {**save_stream(self._stream), **{name: array.copy() for name, array in self._memory().items()}}
 
     def restore(self, state: State) -> None:
         """Take up a state; see `hhrl_agents.stateful.Stateful`."""
-        restore_streams(self._streams, state)
+        restore_stream(self._stream, state)
         for name, array in self._memory().items():
             array[...] = read(state, name, array)
 
     def _memory(self) -> State:
         return {"trees": self._trees.nodes, "highest": self._highest, "magnitude": self._magnitude}
 
-    def _priorities(self, errors: Floats) -> Floats:
-        """Return the priorities [trees, E, M] of absolute errors [levels, E, M], before floor and exponent."""
-        mean: Floats = self._scaled(errors).mean(axis=0, keepdims=True)
-        return mean
 
-    def _scaled(self, errors: Floats) -> Floats:
-        """Return the errors divided by their level's running magnitude, these errors in it, [levels, E, M]."""
-        rate = np.where(self._magnitude == 0.0, 1.0, SCALE_RATE)
-        self._magnitude += rate * (errors.mean(-1) - self._magnitude)
-        return errors / np.maximum(self._magnitude, 1e-12)[..., None]
+@kernel
+def _add(nodes: Floats, starts: Ints, indices: Ints, highest: Floats) -> None:
+    priorities = np.empty((nodes.shape[0], indices.size))
+    for t in range(nodes.shape[0]):
+        priorities[t] = highest[t]
+    assign(nodes, starts, indices, priorities)
 
 
-class HierarchicalSampler(PrioritisedSampler):
-    """Hierarchical prioritised replay (Algorithm 3): a tree and a mini-batch for each of both levels.
+@kernel
+def _draw(nodes: Floats, starts: Ints, uniforms: Floats, stored: int, beta: float) -> tuple[Ints, Floats32]:
+    """Return what is drawn from every tree, int64 [T K], one uniform a stratum, and the weights, float32 [T, K]."""
+    trees, size = uniforms.shape
+    shares, weights = np.empty(uniforms.shape), np.empty(uniforms.shape, np.float32)
+    for t in range(trees):
+        for k in range(size):
+            shares[t, k] = (k + uniforms[t, k]) / size
+    found = find(nodes, starts, shares)
+    for t in range(trees):
+        total, largest = 0.0, 0.0
+        for child in range(FAN_OUT):
+            total += nodes[t, child]
+        for k in range(size):
+            chance = nodes[t, starts[-1] + found[t, k]] / total
+            shares[t, k] = 1.0 / power(stored * chance, beta)
+            largest = max(largest, shares[t, k])
+        for k in range(size):
+            weights[t, k] = np.float32(shares[t, k] / largest)
+    return found.ravel(), weights
 
-    The priorities, Eq. (pri), are p^o = |delta_o| and p^a = max(|delta_a| - |delta_o|, 0) of the errors divided by
-    their level's running magnitude. `config.priority` = "shift" is the paper's literal p^a, the undivided
-    |delta_a| - |delta_o| minus its minimum over the mini-batches.
-    """
 
-    def __init__(
-        self, streams: Sequence[np.random.Generator], levels: int, capacity: int, config: DoubleDQNConfig
-    ) -> None:
-        super().__init__(streams, levels, capacity, config, trees=levels)
+@kernel
+def _update(
+    nodes: Floats,
+    starts: Ints,
+    indices: Ints,
+    errors: Floats32,
+    highest: Floats,
+    magnitude: Floats,
+    kind: int,
+    floor: float,
+    exponent: float,
+) -> None:
+    """Give the transitions `indices` [M] their priorities in every tree by their errors [levels, M]."""
+    priorities = np.empty((nodes.shape[0], indices.size))
+    scaled = np.empty(errors.shape)
+    for level in range(errors.shape[0]):
+        for m in range(indices.size):
+            scaled[level, m] = abs(np.float64(errors[level, m]))
+    if kind != _SHIFT:
+        _scale(scaled, magnitude)
+    _rank(scaled, kind, priorities)
+    for t in range(nodes.shape[0]):
+        for m in range(indices.size):
+            priorities[t, m] = power(priorities[t, m] + floor, exponent)
+            highest[t] = max(highest[t], priorities[t, m])
+    assign(nodes, starts, indices, priorities)
 
-    def _priorities(self, errors: Floats) -> Floats:
-        if self._config.priority == "shift":
-            gap = errors[ACTION] - errors[OPTION]
-            return np.stack((errors[OPTION], gap - gap.min(-1, keepdims=True)))
-        scaled = self._scaled(errors)
-        return np.stack((scaled[OPTION], np.maximum(scaled[ACTION] - scaled[OPTION], 0.0)))
+
+@inner
+def _scale(errors: Floats, magnitude: Floats) -> None:
+    """Divide absolute errors [levels, M] by their level's running magnitude, these errors in it."""
+    for level in range(errors.shape[0]):
+        mean = 0.0
+        for m in range(errors.shape[1]):
+            mean += errors[level, m]
+        mean /= errors.shape[1]
+        rate = 1.0 if magnitude[level] == 0.0 else SCALE_RATE
+        magnitude[level] += rate * (mean - magnitude[level])
+        for m in range(errors.shape[1]):
+            errors[level, m] /= max(magnitude[level], _SMALLEST)
 
 
-def make_sampler(method: Method, streams: Sequence[np.random.Generator], levels: int, capacity: int) -> Sampler:
+@inner
+def _rank(errors: Floats, kind: int, priorities: Floats) -> None:
+    """Write the priorities [trees, M] of absolute errors [levels, M], before floor and exponent."""
+    levels = errors.shape[0]
+    lowest = 0.0
+    if kind == _SHIFT:
+        lowest = errors[ACTION, 0] - errors[OPTION, 0]
+        for m in range(errors.shape[1]):
+            lowest = min(lowest, errors[ACTION, m] - errors[OPTION, m])
+    for m in range(errors.shape[1]):
+        if kind == _MEAN:
+            total = 0.0
+            for level in range(levels):
+                total += errors[level, m]
+            priorities[0, m] = total / levels
+        else:
+            priorities[OPTION, m] = errors[OPTION, m]
+            priorities[ACTION, m] = max(errors[ACTION, m] - errors[OPTION, m] - lowest, 0.0)
+
+
+def make_sampler(method: Method, stream: np.random.Generator, levels: int, capacity: int) -> Sampler:
     """Return the sampler that the method asks for, for a buffer of `capacity` transitions and `levels` networks."""
     if method.replay == "uniform":
-        return UniformSampler(streams, levels, method.config.batch_size)
-    if method.replay == "prioritised" or levels == 1:  # of one level the hierarchy is the plain one
-        return PrioritisedSampler(streams, levels, capacity, method.config)
-    return HierarchicalSampler(streams, levels, capacity, method.config)
+        return UniformSampler(stream, levels, method.config.batch_size)
+    hierarchical = method.replay == "hierarchical" and levels > 1  # of one level the hierarchy is the plain one
+    return PrioritisedSampler(stream, levels, capacity, method.config, hierarchical=hierarchical)

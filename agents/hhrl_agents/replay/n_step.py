@@ -24,7 +24,7 @@ class MultiStep:
     def push(self, step: Transitions, ended: Flags) -> Transitions | None:
         """Return the transition that begins `n_steps` - 1 steps ago, none as long as there are too few.
 
-        ended: bool [E, n], where the step was an episode's last.
+        ended: bool [n], where the step was an episode's last.
         """
         self._window.append((step, ended))
         if len(self._window) < self._n_steps:

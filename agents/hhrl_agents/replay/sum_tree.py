@@ -5,66 +5,42 @@ errors do not add up. A tree is one row of numbers, its levels one after the oth
 """
 
 import numpy as np
-import numpy.typing as npt
 
 from hhrl_envs.arrays import Floats, Ints
-from hhrl_envs.simulation.engine.compilation import kernel
+from hhrl_envs.simulation.engine.compilation import inner
 
 FAN_OUT = 8
 
 
 class SumTrees:
-    """T trees of the same number of `leaves`, all priorities zero at first."""
+    """T trees of the same number of `leaves`, all priorities zero at first.
+
+    nodes: float64 [T, numbers]; starts: int64 [levels], where each level's nodes begin, the leaves' last.
+    """
 
     def __init__(self, count: int, leaves: int) -> None:
         sizes = [_padded(leaves)]
         while sizes[0] > FAN_OUT:
             sizes.insert(0, _padded(sizes[0] // FAN_OUT))
-        self._starts = np.cumsum([0, *sizes[:-1]])
+        self.starts: Ints = np.cumsum([0, *sizes[:-1]])
         self.nodes: Floats = np.zeros((count, sum(sizes)))
-
-    @property
-    def totals(self) -> Floats:
-        """The sum of each tree's priorities, float64 [T]."""
-        totals: Floats = self.nodes[:, :FAN_OUT].sum(axis=1)
-        return totals
-
-    def priorities(self, indices: Ints) -> Floats:
-        """Return the priorities of the leaves `indices` [T, K]."""
-        return np.take_along_axis(self.nodes, self._starts[-1] + indices, axis=1)
-
-    def assign(self, indices: Ints, priorities: Floats) -> None:
-        """Set the priorities [T, K] of the leaves `indices` [T, K]; of an index twice the last counts.
-
-        An index of -1 is no leaf.
-
-        Both may have a first axis of length 1, for all trees alike.
-        """
-        shape = (len(self.nodes), indices.shape[1])
-        _assign(self.nodes, self._starts, np.broadcast_to(indices, shape), np.broadcast_to(priorities, shape))
-
-    def find(self, shares: Floats) -> Ints:
-        """Return the leaf at each share, int64 [T, K]: leaf i covers the shares that its priority is of all before it.
-
-        shares: [T, K] in [0, 1) of each tree's total, which must be positive. A leaf of priority zero is not returned.
-        """
-        return _find(self.nodes, self._starts, shares)
 
 
 def _padded(size: int) -> int:
     return -(-size // FAN_OUT) * FAN_OUT
 
 
-@kernel
-def _assign(nodes: Floats, starts: npt.NDArray[np.int64], indices: Ints, priorities: Floats) -> None:
-    for t in range(indices.shape[0]):
-        for k in range(indices.shape[1]):
-            if indices[t, k] >= 0:
-                nodes[t, starts[-1] + indices[t, k]] = priorities[t, k]
+@inner
+def assign(nodes: Floats, starts: Ints, indices: Ints, priorities: Floats) -> None:
+    """Set the priorities [T, K] of the leaves `indices` [K], in every tree; of an index twice the last counts, -1 is none."""
+    for t in range(nodes.shape[0]):
+        for k in range(indices.size):
+            if indices[k] >= 0:
+                nodes[t, starts[-1] + indices[k]] = priorities[t, k]
         width = FAN_OUT
         for level in range(len(starts) - 1, 0, -1):
-            for k in range(indices.shape[1]):
-                parent = max(indices[t, k], 0) // width  # of -1 any node, whose sum does not change
+            for k in range(indices.size):
+                parent = max(indices[k], 0) // width  # of -1 any node, whose sum does not change
                 first = starts[level] + parent * FAN_OUT
                 total = 0.0
                 for child in range(FAN_OUT):
@@ -73,8 +49,12 @@ def _assign(nodes: Floats, starts: npt.NDArray[np.int64], indices: Ints, priorit
             width *= FAN_OUT
 
 
-@kernel
-def _find(nodes: Floats, starts: npt.NDArray[np.int64], shares: Floats) -> Ints:
+@inner
+def find(nodes: Floats, starts: Ints, shares: Floats) -> Ints:
+    """Return the leaf at each share, int64 [T, K]: leaf i covers the shares that its priority is of all before it.
+
+    shares: [T, K] in [0, 1) of each tree's total, which must be positive. A leaf of priority zero is not returned.
+    """
     found = np.zeros(shares.shape, np.int64)
     rest = np.empty(shares.shape[1])
     for t in range(shares.shape[0]):

@@ -1,4 +1,4 @@
-"""The environments of E stacked seeds, stepped together: what learners of every algorithm learn from."""
+"""The environments of a learner, stepped together."""
 
 from collections.abc import Mapping
 
@@ -17,27 +17,27 @@ from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 from hhrl_envs.simulation.simulator import Results
 
 
-class StackedEnvironments:
-    """`n_envs` environments for each of E seeds, whose learning vehicles all learn alike.
+class Environments:
+    """`n_envs` environments, whose learning vehicles all learn alike.
 
     An environment begins its next episode when those of all its learning vehicles have ended; until then the ones that
     have ended wait.
 
-    method: how many environments a seed has, what is remembered of observations, and what is rewarded; num_seeds: E;
-    world_seeds: uint64 [E, n_envs]; drivers: which vehicles learn, and who drives the others.
+    method: how many environments there are, what is remembered of observations, and what is rewarded; world_seeds:
+    uint64 [n_envs]; drivers: which vehicles learn, and who drives the others.
 
     Attributes:
-        width: learning vehicles of a seed, n = n_envs x the slots that learn, those of an environment side by side.
-        features: what the networks read now, float32 [E, n, features].
-        outcome_counts: episodes of vehicles that ended since `clear_counts`, int64 [E, outcomes].
+        width: learning vehicles, n = n_envs x the slots that learn, those of an environment side by side.
+        features: what the networks read now, float32 [n, features].
+        outcome_counts: episodes of vehicles that ended since `clear_counts`, int64 [outcomes].
     """
 
-    def __init__(self, method: Method, scenario: Scenario, num_seeds: int, world_seeds: Keys, drivers: Drivers) -> None:
-        require_world_seeds(world_seeds, num_seeds, method.config.n_envs)
-        self._method, self._drivers, self._num_seeds = method, drivers, num_seeds
+    def __init__(self, method: Method, scenario: Scenario, world_seeds: Keys, drivers: Drivers) -> None:
+        require_world_seeds(world_seeds, method.config.n_envs)
+        self._method, self._drivers = method, drivers
         self.width = method.config.n_envs * len(drivers.slots)
         self._simulator = drivers.simulator(scenario, world_seeds.size)
-        self._simulator.reset(world_seeds.reshape(-1))
+        self._simulator.reset(world_seeds)
         self._memory = Traces(method.config.memory)
         self._begin(np.ones(self._simulator.num_rows, np.bool_))
         self._results = drivers.results(self._simulator)
@@ -45,30 +45,30 @@ class StackedEnvironments:
         self.clear_counts()
 
     def step(self, options: Ints, actions: Ints) -> tuple[Transitions, Flags]:
-        """Return what a step of every vehicle came to, and whose episode is over, bool [E, n].
+        """Return what a step of every vehicle came to, and whose episode is over, bool [n].
 
-        options, actions: int64 [E, n]. The action of a vehicle that waits is `NO_ACTION` in what comes back. The next
+        options, actions: int64 [n]. The action of a vehicle that waits is `NO_ACTION` in what comes back. The next
         observations are those before any new episode begins.
         """
         simulator, features, waited = self._simulator, self.features, self._ended()
-        simulator.step(self._drivers.actions(simulator, actions.reshape(-1)))
+        simulator.step(self._drivers.actions(simulator, actions))
         self._results = results = self._drivers.results(simulator)
         ended = self._ended()
         step = Transitions(
             features,
             options,
-            np.where(waited.reshape(actions.shape), NO_ACTION, actions),
-            learning_rewards(self._method, results, options.reshape(-1)).reshape(*actions.shape, len(LEVELS)),
-            discounts(self._method, results).reshape(actions.shape),
+            np.where(waited, NO_ACTION, actions),
+            learning_rewards(self._method, results, options),
+            discounts(self._method, results),
             self._observe(None),
         )
         self._count(ended & ~waited)
         self._next_episodes(ended)
-        return step, ended.reshape(actions.shape)
+        return step, ended
 
     def clear_counts(self) -> None:
         """Count outcomes from zero."""
-        self.outcome_counts: Ints = np.zeros((self._num_seeds, len(Outcome)), np.int64)
+        self.outcome_counts: Ints = np.zeros(len(Outcome), np.int64)
 
     def parts(self) -> Mapping[str, Stateful]:
         """Return what a learner has to save of the environments, by its name; after `restore`, call `refresh`."""
@@ -99,18 +99,17 @@ class StackedEnvironments:
         return ended
 
     def _observe(self, vehicles: Flags | None) -> Floats32:
-        """Return what the networks read, [E, n, features], after memory has seen the new ones of `vehicles`."""
-        return self._memory.observe(self._results.observations, vehicles).reshape(self._num_seeds, self.width, -1)
+        """Return what the networks read, [n, features], after memory has seen the new ones of `vehicles`."""
+        return np.array(self._memory.observe(self._results.observations, vehicles), order="C")
 
     def _count(self, ended: Flags) -> None:
-        vehicles = np.flatnonzero(ended)
-        np.add.at(self.outcome_counts, (vehicles // self.width, self._results.outcomes[vehicles]), 1)
+        self.outcome_counts += np.bincount(self._results.outcomes[ended], minlength=len(Outcome))
 
 
-def require_world_seeds(world_seeds: Keys, num_seeds: int, n_envs: int) -> None:
-    """Raise an `InputError` unless there is a world for each environment of each seed, [num_seeds, n_envs]."""
-    if np.shape(world_seeds) != (num_seeds, n_envs):
-        raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {(num_seeds, n_envs)}")
+def require_world_seeds(world_seeds: Keys, n_envs: int) -> None:
+    """Raise an `InputError` unless there is a world for each environment, [n_envs]."""
+    if np.shape(world_seeds) != (n_envs,):
+        raise InputError(f"world_seeds have shape {np.shape(world_seeds)}; write {(n_envs,)}")
 
 
 def learning_rewards(method: Method, results: Results, options: Ints) -> Floats:

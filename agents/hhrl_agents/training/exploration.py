@@ -1,10 +1,8 @@
 """Epsilon-greedy exploration that holds what it tries for a while."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from hhrl_agents.seeding import restore_streams, save_streams, uniforms
+from hhrl_agents.seeding import restore_stream, save_stream
 from hhrl_envs import Scenario
 from hhrl_envs.arrays import Ints
 from hhrl_envs.state import State, read
@@ -14,23 +12,23 @@ GREEDY = -1
 
 
 class Explorer:
-    """Random choices of one level for E seeds with n environments each, every one held for 1 to `longest` steps.
+    """Random choices of one level for n vehicles, every one held for 1 to `longest` steps.
 
     Steps of 0.1 s are short: choices that change at every step cancel out, and the ego goes nowhere. Holding them is
     the temporally extended epsilon-greedy exploration of Dabney, Ostrovski and Barreto (2021), with uniform
-    durations; `longest` = 1 is plain epsilon-greedy.
+    durations; `longest` = 1 is plain epsilon-greedy. Explorers may share a stream.
     """
 
-    def __init__(self, streams: Sequence[np.random.Generator], n_envs: int, choices: Ints, longest: int) -> None:
-        self._streams = streams
+    def __init__(self, stream: np.random.Generator, vehicles: int, choices: Ints, longest: int) -> None:
+        self._stream = stream
         self._choices = choices
         self._longest = longest
-        self._tried = np.zeros((len(streams), n_envs), np.int64)
-        self._left = np.zeros_like(self._tried)
+        self._tried: Ints = np.zeros(vehicles, np.int64)
+        self._left: Ints = np.zeros_like(self._tried)
 
     def draw(self, epsilon: float) -> Ints:
-        """Return for each environment the choice to try or `GREEDY`, int64 [E, n]; a share `epsilon` of steps tries."""
-        start, choice, duration = np.moveaxis(uniforms(self._streams, self._tried.shape[1], 3), -1, 0)
+        """Return for each vehicle the choice to try or `GREEDY`, int64 [n]; a share `epsilon` of steps tries."""
+        start, choice, duration = self._stream.random((len(self._tried), 3)).T
         starts = (self._left == 0) & (start < self._rate(epsilon))
         self._tried = np.where(starts, self._choices[(choice * len(self._choices)).astype(np.int64)], self._tried)
         self._left = np.where(starts, 1 + (duration * self._longest).astype(np.int64), self._left)
@@ -39,12 +37,12 @@ class Explorer:
         return tried
 
     def state(self) -> State:
-        """Return the generators and what is being held for how long; see `hhrl_agents.stateful.Stateful`."""
-        return {**save_streams(self._streams), "tried": self._tried.copy(), "left": self._left.copy()}
+        """Return the generator and what is being held for how long; see `hhrl_agents.stateful.Stateful`."""
+        return {**save_stream(self._stream), "tried": self._tried.copy(), "left": self._left.copy()}
 
     def restore(self, state: State) -> None:
         """Take up a state; see `hhrl_agents.stateful.Stateful`."""
-        restore_streams(self._streams, state)
+        restore_stream(self._stream, state)
         self._tried = read(state, "tried", self._tried).copy()
         self._left = read(state, "left", self._left).copy()
 
