@@ -27,8 +27,6 @@ if __name__ == "__main__":
     from hhrl_agents.training.learner import make_learner
     from hhrl_envs import get_scenario
 
-    learner = make_learner(
-        WIDE, get_scenario("stop-line-v0"), seeds=[0], world_seeds=np.arange(32, dtype=np.uint64)[None]
-    )
+    learner = make_learner(WIDE, get_scenario("stop-line-v0"), seed=0, world_seeds=np.arange(32, dtype=np.uint64))
     for report in learner.train(6_000):
         print(f"{report.env_steps:,} env steps, {report.updates:,} gradient steps, losses {report.losses}")

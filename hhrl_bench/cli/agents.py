@@ -58,14 +58,10 @@ def train(
         int | None, typer.Option(min=1, help="Steps for each seed.", show_default="the task's budget")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="runs/METHOD/TASK")] = None,
-    device: Annotated[str, typer.Option(help="Where torch computes, cpu or cuda.")] = "cpu",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a training that was stopped.")] = False,
     tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write TensorBoard event files too.")] = False,
 ) -> None:
     """Train a method; keep each seed's best policy on validation episodes, and its last; exit code 1 if one fails."""
-    from hhrl_envs.errors import require
-
-    require("torch", "torch")
     from hhrl_bench.tasks.seeds import parse_seeds
     from hhrl_bench.tasks.tasks import get_task
     from hhrl_bench.training import train as training
@@ -74,9 +70,7 @@ def train(
     announce_compiling()
     chosen = get_task(task)
     folder = out or Path("runs") / method / chosen.id
-    plan = training.Plan(
-        training.get_method(method), chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder, device
-    )
+    plan = training.Plan(training.get_method(method), chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder)
     finished = resume and RunDirectory(folder).finished(plan.seeds)
     try:
         with progress(f"{method}, seeds {seeds}") as update:

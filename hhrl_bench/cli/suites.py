@@ -128,11 +128,9 @@ def transfer(
     """Reuse a trained run in other tasks, arm by arm, beside training from scratch; what was stopped goes on."""
     from hhrl_bench.suites.study import transfer_study
     from hhrl_bench.tasks.seeds import parse_seeds
-    from hhrl_envs.errors import require
 
     announce_compiling()
     execution = _execution(executor, workers, address, unit_timeout)
-    require("torch", "torch")
     study = transfer_study(source, target, () if seeds is None else parse_seeds(seeds), env_steps, episodes, out)
     _publish(study, out / "transfer.json", out, execution)
 

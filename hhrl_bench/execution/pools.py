@@ -25,7 +25,7 @@ from hhrl_envs.errors import InputError, require
 MAX_RAY_UNITS = 10_000
 """Units that a Ray cluster has at a time; it begins as many of them as it has cores."""
 
-_THREAD_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_THREAD_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 class LostError(Exception):

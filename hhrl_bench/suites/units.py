@@ -99,15 +99,16 @@ class Training:
         return f"{self.agent} on {self.task.id}"
 
     def check(self) -> None:
-        """Raise an ``InputError`` if torch or the method is missing, or an arm was begun with another source.
+        """Raise an ``InputError`` if the method or its library is missing, or an arm was begun with another source.
 
         The source of an arm that was not begun may still have to be trained.
         """
-        require("torch", "torch")
         from hhrl_bench.training.train import get_method  # noqa: PLC0415
 
         if self.transfer is None:
-            get_method(self.method)
+            extra = get_method(self.method).config.extra
+            if extra is not None:
+                require(*extra)
         elif self.folder.exists():
             RunDirectory(self.folder).require_config(self._plan().config())
 

@@ -55,16 +55,14 @@ class Reuse:
     command: str
     description: Mapping[str, Any]
 
-    def start(self, method: Method, seeds: Sequence[int]) -> "Start":
-        """Return what a training of ``method`` begins with."""
+    def start(self, method: Method, seed: int) -> "Start":
+        """Return what the training of a seed of ``method`` begins with."""
         from hhrl_agents.training.learner import Start  # noqa: PLC0415
 
         levels = [level for level in self.levels if level in method.levels]
         prefixes = tuple(f"{level}." for level in levels)
-        taken = [
-            {name: value for name, value in self.source.policies[seed].parameters.items() if name.startswith(prefixes)}
-            for seed in seeds
-        ]
+        parameters = self.source.policies[seed].parameters
+        taken = {name: value for name, value in parameters.items() if name.startswith(prefixes)}
         return Start(taken, tuple(level for level in self.fixed if level in levels), self.epsilon)
 
     def config(self, seeds: Sequence[int]) -> dict[str, Any]:

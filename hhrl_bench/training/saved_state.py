@@ -20,7 +20,7 @@ from safetensors.numpy import save as to_bytes
 from hhrl_agents.atomic_files import OutputError, write_atomically
 from hhrl_envs.state import State
 
-STATE_FORMAT, STATE_VERSION, CHECKSUM = "hhrl-training", 1, "crc32"
+STATE_FORMAT, STATE_VERSION, CHECKSUM = "hhrl-training", 2, "crc32"
 COST_SHARE = 20
 """A state is saved when this many times the time that saving took last has gone by."""
 

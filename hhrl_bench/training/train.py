@@ -1,13 +1,16 @@
-"""Training: a learner's reports, each seed's policy validated at every report, the best one kept."""
+"""Training: the learners' reports, each seed's policy validated at every report, the best one kept."""
 
 import shlex
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from math import isfinite, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numba
 import numpy as np
 
 from hhrl_agents import METHODS
@@ -15,7 +18,8 @@ from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.learned_agent import LearnedAgent
-from hhrl_agents.training.learner import NOTHING, Progress, make_learner, require_device
+from hhrl_agents.stateful import below, prefixed
+from hhrl_agents.training.learner import NOTHING, Learner, Progress, make_learner
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.metrics import means, watched
 from hhrl_bench.evaluation.paired_evaluation import one_torch_thread, play, training_drivers
@@ -43,10 +47,9 @@ class Plan:
     Attributes:
         method: the method.
         task: what it is trained on.
-        seeds: training seeds, trained side by side.
+        seeds: training seeds.
         env_steps: budget of a seed, in environment steps.
         folder: the run directory to fill.
-        device: where torch computes.
         reuse: what the seeds begin with; None: they begin from nothing.
     """
 
@@ -55,12 +58,7 @@ class Plan:
     seeds: tuple[int, ...]
     env_steps: int
     folder: Path
-    device: str = "cpu"
     reuse: Reuse | None = None
-
-    def __post_init__(self) -> None:
-        """Reject a device that is not there."""
-        require_device(self.device)
 
     @property
     def command(self) -> str:
@@ -69,8 +67,7 @@ class Plan:
             return self.reuse.command
         words = ["hhrl-bench", "train", self.method.id, "--task", self.task.id, "--seeds", format_seeds(self.seeds)]
         budget = [] if self.env_steps == self.task.env_steps else ["--env-steps", str(self.env_steps)]
-        device = [] if self.device == "cpu" else ["--device", self.device]
-        return shlex.join([*words, *budget, *device])
+        return shlex.join([*words, *budget])
 
     def config(self) -> dict[str, Any]:
         """Return what all seeds of the run share, as JSON data."""
@@ -82,7 +79,6 @@ class Plan:
             "scenario": scenario.id,
             "spec_hash": scenario.spec_hash,
             "env_steps": self.env_steps,
-            "device": self.device,
             "validation_episodes": VALIDATION_EPISODES,
             **({"transfer": self.reuse.config(self.seeds)} if self.reuse else {}),
             **({} if self.task.ego is None else {"ego": self.task.ego}),
@@ -138,19 +134,23 @@ def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Ite
 
 
 class _Training:
-    """A training under way: the learner, and what the seeds' reports have come to."""
+    """A training under way: a learner for each seed, and what their reports have come to."""
 
     def __init__(self, plan: Plan, directory: RunDirectory) -> None:
         self._plan, self._directory = plan, directory
         self._scenario = get_scenario(plan.task.scenario)
-        worlds, drivers = _world_seeds(plan, plan.method.config.n_envs), training_drivers(plan.task)
-        start = plan.reuse.start(plan.method, plan.seeds) if plan.reuse else NOTHING
-        self._learner = make_learner(plan.method, self._scenario, plan.seeds, worlds, plan.device, drivers, start)
+        self._learners = [self._learner(seed) for seed in plan.seeds]
         self._runs = [SeedRun(seed) for seed in plan.seeds]
         self._state_path = directory.state(plan.seeds)
         self._file = StateFile(self._state_path, plan.config())
         self._started = time.perf_counter()
         self._events: EventFiles | None = None
+
+    def _learner(self, seed: int) -> Learner:
+        plan = self._plan
+        start = plan.reuse.start(plan.method, seed) if plan.reuse else NOTHING
+        worlds = _world_seeds(plan.task, seed, plan.method.config.n_envs)
+        return make_learner(plan.method, self._scenario, seed, worlds, training_drivers(plan.task), start)
 
     def run(self, *, tensorboard: bool) -> Iterator[Report]:
         if self._state_path.exists():
@@ -160,19 +160,33 @@ class _Training:
             from hhrl_bench.training.tensorboard import EventFiles  # noqa: PLC0415
 
             self._events = EventFiles(self._directory.folder, self._runs)
-        for progress in self._progress():
-            self._report(progress)
-            self._file.save_if_due(self._state)
-            yield Report(progress.env_steps, tuple(map(_success, self._runs)))
-            if all(run.failed for run in self._runs):
-                break
+        with _side_by_side(self._learners) as each:
+            if not self._runs[0].curve:
+                yield self._report(each(self._first_report, range(len(self._runs))))
+            trainings = [learner.train(self._plan.env_steps) for learner in self._learners]
+            while going := [index for index, run in enumerate(self._runs) if self._goes_on(index, run)]:
+                yield self._report(each(lambda index: self._next_report(index, trainings[index]), going))
         self._finish()
 
-    def _progress(self) -> Iterator[Progress]:
-        """Yield what there is to report: the policies of step 0, then the learner's reports."""
-        if not self._runs[0].curve:
-            yield Progress(0, 0, {}, np.zeros((len(self._runs), len(Outcome)), np.int64))
-        yield from self._learner.train(self._plan.env_steps)
+    def _goes_on(self, index: int, run: SeedRun) -> bool:
+        return not run.failed and self._learners[index].env_steps < self._plan.env_steps
+
+    def _first_report(self, index: int) -> "_SeedReport":
+        progress = Progress(0, 0, {}, np.zeros(len(Outcome), np.int64))
+        return self._validated(index, progress)
+
+    def _next_report(self, index: int, training: Iterator[Progress]) -> "_SeedReport":
+        return self._validated(index, next(training))
+
+    def _validated(self, index: int, progress: Progress) -> "_SeedReport":
+        """Return a learner's report with its policy as it is now, and the policy's validation unless it has failed."""
+        policy, row = self._learners[index].policy(), _row(progress)
+        finite_parameters = all(bool(np.isfinite(value).all()) for value in policy.parameters.values())
+        fault = find_fault(progress.losses, finite_parameters, progress.updates > self._runs[index].updates)
+        fault = fault or progress.diverged
+        if fault:
+            return _SeedReport(index, {**row, "validation": None, "failed": fault}, policy)
+        return _SeedReport(index, {**row, "validation": self._validate(policy)}, policy)
 
     def _resume(self) -> None:
         saved = self._file.load(self._plan.seeds)
@@ -180,31 +194,30 @@ class _Training:
         if not saved.learner:
             return
         try:
-            self._learner.restore(saved.learner)
+            for learner in self._learners:
+                learner.restore(below(saved.learner, str(learner.seed)))
         except (KeyError, TypeError, ValueError) as error:
             raise self._file.refuse_learner(error) from error
         self._runs = saved.runs
 
     def _state(self) -> TrainingState:
-        return TrainingState(self._learner.state() or {}, self._runs, time.perf_counter() - self._started)
+        states = {str(learner.seed): learner.state() or {} for learner in self._learners}
+        return TrainingState(prefixed(states), self._runs, time.perf_counter() - self._started)
 
-    def _report(self, progress: Progress) -> None:
-        for index, (run, policy) in enumerate(zip(self._runs, self._learner.policies(), strict=True)):
-            if run.failed:
-                continue
-            losses = {level: float(losses[index]) for level, losses in progress.losses.items()}
-            finite_parameters = all(bool(np.isfinite(value).all()) for value in policy.parameters.values())
-            fault = find_fault(losses, finite_parameters, progress.updates > run.updates)
-            fault = fault or progress.diverged.get(index)
-            row = _row(progress, index, losses)
-            if fault:
-                run.fail({**row, "validation": None, "failed": fault})
+    def _report(self, reports: Sequence["_SeedReport"]) -> Report:
+        """Write what the seeds have come to, and return it."""
+        for index, row, policy in reports:
+            run = self._runs[index]
+            if "failed" in row:
+                run.fail(row)
                 self._directory.write_failure(run.seed, run.failure())
             else:
-                self._keep(run, {**row, "validation": self._validate(policy)}, policy)
+                self._keep(run, row, policy)
             self._directory.write_curve(run.seed, run.curve)
             if self._events:
                 self._events.add(run.seed, run.curve[-1])
+        self._file.save_if_due(self._state)
+        return Report(reports[0].row["env_steps"], tuple(map(_success, self._runs)))
 
     def _validate(self, policy: LearnedAgent) -> dict[str, float | None]:
         seeds, drivers = self._plan.task.validation.take(VALIDATION_EPISODES), training_drivers(self._plan.task)
@@ -226,9 +239,9 @@ class _Training:
         plan, elapsed = self._plan, time.perf_counter() - self._started
         record = provenance(plan.command, {f"{plan.task.id}/{plan.method.id}": elapsed})
         write_atomically(self._directory.provenance(plan.seeds), record.model_dump_json(indent=2) + "\n")
-        for run, policy in zip(self._runs, self._learner.policies(), strict=True):
+        for run, learner in zip(self._runs, self._learners, strict=True):
             if not run.failed:
-                self._save(self._directory.final(run.seed), policy, run.curve[-1])
+                self._save(self._directory.final(run.seed), learner.policy(), run.curve[-1])
         if self._events:
             self._events.close()
         self._state_path.unlink()
@@ -242,17 +255,37 @@ def find_fault(losses: Mapping[str, float], finite_parameters: bool, updated: bo
     return f"its {lost[0]} loss is not finite" if lost else None
 
 
-def _world_seeds(plan: Plan, n_envs: int) -> Keys:
-    """Return the training worlds [E, n_envs]: seed k has block k of the train range, whatever it is stacked with."""
-    return np.stack([plan.task.train.take(n_envs, offset=seed * n_envs) for seed in plan.seeds])
+def _world_seeds(task: Task, seed: int, n_envs: int) -> Keys:
+    """Return the training worlds [n_envs] of a seed: block k of the train range is seed k's."""
+    return task.train.take(n_envs, offset=seed * n_envs)
 
 
-def _row(progress: Progress, index: int, losses: Mapping[str, float]) -> dict[str, Any]:
-    counts = progress.outcome_counts[index]
+class _SeedReport(NamedTuple):
+    """A report of the seed at `index` of the plan's, and the policy that it is about."""
+
+    index: int
+    row: ReportRow
+    policy: LearnedAgent
+
+
+Each = Callable[[Callable[[int], _SeedReport], Sequence[int]], Sequence[_SeedReport]]
+"""What calls a function with each of some indices, and returns the results in their order."""
+
+
+@contextmanager
+def _side_by_side(learners: Sequence[Learner]) -> Iterator[Each]:
+    """Yield what calls a function for several learners, in as many threads as numba would use if they can run so."""
+    threads = numba.get_num_threads() if all(learner.runs_in_threads for learner in learners) else 1
+    with ThreadPoolExecutor(min(threads, len(learners))) as executor:
+        yield lambda function, indices: list(executor.map(function, indices))
+
+
+def _row(progress: Progress) -> dict[str, Any]:
+    counts = progress.outcome_counts
     return {
         "env_steps": progress.env_steps,
         "updates": progress.updates,
-        "losses": finite(losses),
+        "losses": finite(progress.losses),
         "episodes": {outcome.name.lower(): int(counts[outcome]) for outcome in Outcome if counts[outcome]},
     }
 

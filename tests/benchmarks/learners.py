@@ -1,4 +1,4 @@
-"""Training as the benchmarks measure it: ours for stacks of seeds, and Stable-Baselines3's DQN doing the same work.
+"""Training as the benchmarks measure it: ours, and Stable-Baselines3's DQN doing the same work.
 
 The same network, mini-batches of 64, one gradient step for every four environment steps, end to end: environment,
 replay and updates. A round goes on from where the last one stopped.
@@ -16,19 +16,18 @@ from hhrl_agents import METHODS
 from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
 
 
-def learner(name: str, seeds: int = 1, hidden: int = 64, steps: int = 1_920) -> System:
-    """Return the training of a registered method; its steps are those of all seeds."""
+def learner(name: str, hidden: int = 64, steps: int = 1_920) -> System:
+    """Return the training of a seed of a registered method."""
     method = METHODS[name]
     config = replace(method.config, hidden=(hidden, hidden), warmup=method.config.n_envs * method.config.n_steps)
-    worlds = np.arange(seeds * config.n_envs, dtype=np.uint64).reshape(seeds, -1)
-    trained = DoubleDQNLearner(replace(method, config=config), SCENARIO, range(seeds), worlds)
+    worlds = np.arange(config.n_envs, dtype=np.uint64)
+    trained = DoubleDQNLearner(replace(method, config=config), SCENARIO, 0, worlds)
 
     def run() -> None:
         for _ in trained.train(trained.env_steps + steps):
             pass
 
-    label = f"{name}, 2x{hidden}, {seeds} seed{'s' if seeds > 1 else ''}"
-    return System(label, seeds * steps, lambda: None, run)
+    return System(f"{name}, 2x{hidden}", steps, lambda: None, run)
 
 
 def sb3_dqn(hidden: int = 64, steps: int = 2_000) -> System:

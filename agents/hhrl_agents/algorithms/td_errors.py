@@ -47,7 +47,7 @@ class Room(NamedTuple):
 class Batch(NamedTuple):
     """Mini-batches of K transitions, one or one for each level, M in all, side by side.
 
-    rows: the replay's, float32 [capacity, numbers]; indices: int64 [M]; given: int64 [M], the options at the next states
+    rows: the replay's, float32 [capacity, numbers]; indices: int64 [M]; given: int64 [M], the options at next states
     where the option level has no network; firsts: int64 [levels], where in the M each level's K begin; weights: float32
     [levels, K], what squared errors are multiplied with. Both have a row for each level that learns.
     """

@@ -32,7 +32,7 @@ def _padded(size: int) -> int:
 
 @inner
 def assign(nodes: Floats, starts: Ints, indices: Ints, priorities: Floats) -> None:
-    """Set the priorities [T, K] of the leaves `indices` [K], in every tree; of an index twice the last counts, -1 is none."""
+    """Set the priorities [T, K] of the leaves `indices` [K]; of an index twice the last counts, and -1 is none."""
     for t in range(nodes.shape[0]):
         for k in range(indices.size):
             if indices[k] >= 0:

@@ -2,12 +2,10 @@
 
 import pkgutil
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import nan
 from typing import Any, ClassVar
-
-import numpy as np
 
 from hhrl_agents.methods.configs import SHARE
 from hhrl_agents.methods.method import Method
