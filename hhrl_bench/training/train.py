@@ -162,21 +162,15 @@ class _Training:
             self._events = EventFiles(self._directory.folder, self._runs)
         with _side_by_side(self._learners) as each:
             if not self._runs[0].curve:
-                yield self._report(each(self._first_report, range(len(self._runs))))
+                yield self._report([self._validated(index, _NOTHING_YET) for index in range(len(self._runs))])
             trainings = [learner.train(self._plan.env_steps) for learner in self._learners]
             while going := [index for index, run in enumerate(self._runs) if self._goes_on(index, run)]:
-                yield self._report(each(lambda index: self._next_report(index, trainings[index]), going))
+                reports = each(lambda index: next(trainings[index]), going)
+                yield self._report([*map(self._validated, going, reports)])
         self._finish()
 
     def _goes_on(self, index: int, run: SeedRun) -> bool:
         return not run.failed and self._learners[index].env_steps < self._plan.env_steps
-
-    def _first_report(self, index: int) -> "_SeedReport":
-        progress = Progress(0, 0, {}, np.zeros(len(Outcome), np.int64))
-        return self._validated(index, progress)
-
-    def _next_report(self, index: int, training: Iterator[Progress]) -> "_SeedReport":
-        return self._validated(index, next(training))
 
     def _validated(self, index: int, progress: Progress) -> "_SeedReport":
         """Return a learner's report with its policy as it is now, and the policy's validation unless it has failed."""
@@ -268,7 +262,9 @@ class _SeedReport(NamedTuple):
     policy: LearnedAgent
 
 
-Each = Callable[[Callable[[int], _SeedReport], Sequence[int]], Sequence[_SeedReport]]
+_NOTHING_YET = Progress(0, 0, {}, np.zeros(len(Outcome), np.int64))
+
+Each = Callable[[Callable[[int], Progress], Sequence[int]], Sequence[Progress]]
 """What calls a function with each of some indices, and returns the results in their order."""
 
 

@@ -39,8 +39,6 @@ class PPOLearner(Learner):
     generators of numpy and torch, so that no two learners may run at a time.
     """
 
-    runs_in_threads = False
-
     def __init__(
         self,
         method: Method,

@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import nan
-from typing import Any, ClassVar
+from typing import Any
 
 from hhrl_agents.methods.configs import SHARE
 from hhrl_agents.methods.method import Method
@@ -101,7 +101,7 @@ class Learner(ABC):
         runs_in_threads: whether learners may run in threads beside each other.
     """
 
-    runs_in_threads: ClassVar[bool] = True
+    runs_in_threads: bool = False
 
     def __init__(self, method: Method, scenario: Scenario, seed: int, losses: Sequence[str]) -> None:
         self.method, self.scenario, self.seed = method, scenario, seed
@@ -204,6 +204,7 @@ class ValueLearner(Learner):
         self.levels = [level for level in method.levels if level not in start.fixed]
         super().__init__(method, scenario, seed, losses=self.levels)
         self._environments = Environments(method, scenario, world_seeds, drivers)
+        self.runs_in_threads = not drivers.others  # which may be anybody's code
         networks = architectures(method, scenario.num_actions)
         self.parameters = ParameterSet(networks, generator(seed, Purpose.INITIALISATION))
         start.require_fit(method, self.parameters.shapes)

@@ -122,9 +122,9 @@ def test_a_flat_method_shows_no_option_and_action_reward(run: Path) -> None:
 def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     learned, validated = [], []
 
-    def watched(method: Method, world: Scenario, seeds: Any, world_seeds: Any, *others: Any) -> Any:
+    def watched(method: Method, world: Scenario, seed: int, world_seeds: Any, *others: Any) -> Any:
         learned.append(world_seeds)
-        return make_learner(method, world, seeds, world_seeds, *others)
+        return make_learner(method, world, seed, world_seeds, *others)
 
     def play(agent: LearnedAgent, scenario: Scenario, seeds: np.ndarray[Any, Any], **kwargs: Any) -> Any:
         validated.append(seeds)
@@ -133,7 +133,7 @@ def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.M
     monkeypatch.setattr(training, "make_learner", watched)
     monkeypatch.setattr(training, "play", play)
     list(training.train(plan(tmp_path)))
-    (worlds,) = learned
+    worlds = np.concatenate(learned)
     assert len(np.unique(worlds)) == worlds.size
     assert TASK.train.start <= worlds.min()
     assert worlds.max() < TASK.train.start + TASK.train.size
@@ -142,9 +142,14 @@ def test_training_never_sees_a_world_of_validation_or_test(monkeypatch: pytest.M
         assert seeds.tolist() == [TASK.validation.start + i for i in range(16)]
 
 
-def test_a_seeds_worlds_do_not_depend_on_what_it_is_stacked_with(tmp_path: Path) -> None:
-    alone, stacked = (training._world_seeds(plan(tmp_path, seeds=seeds), 16) for seeds in ((2,), (0, 2)))
-    assert alone.tolist() == stacked[1:].tolist()
+def test_a_seed_learns_the_same_whatever_is_trained_beside_it(run: Path, tmp_path: Path) -> None:
+    list(training.train(plan(tmp_path, seeds=(2,))))
+    for name in ("curve-seed-2.jsonl", "seed-2.final.safetensors"):
+        assert (tmp_path / name).stat().st_size > 0
+    alone, beside = (load_agents(folder / "seed-2.final.safetensors", SCENARIO)[0].agent for folder in (tmp_path, run))
+    assert isinstance(alone, LearnedAgent)
+    assert isinstance(beside, LearnedAgent)
+    assert all(np.array_equal(value, beside.parameters[name]) for name, value in alone.parameters.items())
 
 
 @pytest.mark.parametrize(
