@@ -17,7 +17,7 @@ from hhrl_agents.agent import Decision
 from hhrl_agents.atomic_files import require_writable, write_atomically
 from hhrl_agents.policies.checkpoint_file import METADATA_KEY
 from hhrl_agents.policies.checkpoints import load
-from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_agents.policies.learned_agent import LearnedAgent, make_agent
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.reference.conversion import to_module
 from hhrl_agents.reference.modules import PolicyModule
@@ -34,9 +34,9 @@ _STEPS, _ROWS = 8, 512
 class Parity(NamedTuple):
     """What an ONNX file gives beside the agent it was made of.
 
-    states: random states that both were asked for; equal: states in which they decided alike; ties: states in which
-    two choices are too close to call, within the tolerance, which were not compared; difference: the largest
-    difference of a value from torch's, as a share of the larger of the value and 1.
+    states: random states that both were asked for; equal: states in which they decided alike; ties: the others in which
+    two choices are too close to call, within the tolerance; difference: the largest difference of a value from torch's,
+    as a share of the larger of the value and 1.
     """
 
     states: int
@@ -79,9 +79,8 @@ def parity_of(content: bytes, agent: LearnedAgent, module: PolicyModule) -> Pari
     """Return how equal the ONNX file of this content is to the agent in random episodes, and to its module's values."""
     session = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"])
     rng, memory = np.random.default_rng(0), Traces(agent.method.config.memory)
-    begin = np.ones(_ROWS, np.bool_)
-    memory.begin(begin)
-    agent.reset(begin)
+    agent = make_agent(agent.method, agent.scenario, agent.parameters, {})  # what the given one remembers, it keeps
+    agent.reset(np.ones(_ROWS, np.bool_))
     equal = ties = 0
     difference = 0.0
     for _ in range(_STEPS):
@@ -92,7 +91,7 @@ def parity_of(content: bytes, agent: LearnedAgent, module: PolicyModule) -> Pari
         wanted = _values(module, *inputs.values())
         tied = np.any([_tied(values) for values in wanted.values()], axis=0)
         alike = np.all([_chosen(decision, name) == found[name].argmax(1) for name in found], axis=0)
-        equal, ties = equal + int((alike & ~tied).sum()), ties + int(tied.sum())
+        equal, ties = equal + int(alike.sum()), ties + int((tied & ~alike).sum())
         difference = max(difference, *(_difference(found[name], wanted[name]) for name in found))
     return Parity(_STEPS * _ROWS, equal, ties, difference)
 
@@ -100,7 +99,10 @@ def parity_of(content: bytes, agent: LearnedAgent, module: PolicyModule) -> Pari
 def _model(module: PolicyModule, agent: LearnedAgent) -> ModelProto:
     """Return the ONNX model of a module, with the agent's metadata, and without where in which file it was made."""
     features = torch.zeros(2, agent.method.config.features)
-    inputs = {"features": features, **({"option": torch.zeros(2, dtype=torch.int64)} if _option_is_given(module) else {})}
+    inputs = {
+        "features": features,
+        **({"option": torch.zeros(2, dtype=torch.int64)} if _option_is_given(module) else {}),
+    }
     batch = torch.export.Dim("batch")
     with _quiet():
         program = torch.onnx.export(
