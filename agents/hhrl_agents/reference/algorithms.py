@@ -155,7 +155,7 @@ class ReferenceLearner:
         for level, loss in found.items():
             network = self._network(level)
             network.zero_grad()
-            loss.backward()
+            loss.backward()  # type: ignore[no-untyped-call]
             torch.nn.utils.clip_grad_norm_(network.parameters(), self._config.max_gradient_norm)
         return {level: loss.detach() for level, loss in found.items()}
 

@@ -42,12 +42,12 @@ def module_of(method: Method, scenario: Scenario, parameters: AnyParameters) -> 
     return module
 
 
-def from_module(module: PolicyModule) -> dict[str, Tensor]:
-    """Return the parameters of a torch module as a checkpoint and `make_agent` have them, copied to the CPU."""
+def from_module(module: PolicyModule) -> dict[str, Floats32]:
+    """Return a copy of the parameters of a torch module, as a checkpoint and `make_agent` have them."""
     return {name: _from_torch(name, value) for name, value in module.state_dict().items()}
 
 
-def gradients_of(module: PolicyModule) -> dict[str, Tensor]:
+def gradients_of(module: PolicyModule) -> dict[str, Floats32]:
     """Return the gradients of a module's parameters in the form of `from_module`; those that have one."""
     named = module.named_parameters()
     return {name: _from_torch(name, value.grad) for name, value in named if value.grad is not None}
@@ -55,12 +55,12 @@ def gradients_of(module: PolicyModule) -> dict[str, Tensor]:
 
 def _to_torch(name: str, value: Tensor | Floats32) -> Tensor:
     """Return a copy of a checkpoint's parameter as torch has it: a weight [out, in], a bias [out]."""
-    tensor = torch.tensor(value) if isinstance(value, np.ndarray) else value.detach().cpu().clone()
+    tensor = value.detach().cpu().clone() if isinstance(value, Tensor) else torch.tensor(value)
     matrix = tensor.reshape(-1, tensor.shape[-1])
     return matrix.T.contiguous() if name.endswith("weight") else matrix.flatten()
 
 
-def _from_torch(name: str, value: Tensor) -> Tensor:
+def _from_torch(name: str, value: Tensor) -> Floats32:
     """Return a copy of torch's parameter as a checkpoint has it: a weight [1, in, out], a bias [1, 1, out]."""
-    matrix = value.T if name.endswith("weight") else value.unsqueeze(0)
-    return matrix.detach().cpu().clone(memory_format=torch.contiguous_format).unsqueeze(0)
+    array: Floats32 = value.detach().cpu().numpy()
+    return np.array(array.T if name.endswith("weight") else array[None], order="C")[None]

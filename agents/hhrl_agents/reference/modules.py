@@ -153,11 +153,11 @@ class PolicyModule(nn.Module):
         """
         if "action" not in self.method.levels:
             raise InputError(f"method {self.method.id!r} has no action values: its action level is given")
-        if not self.method.hierarchical:
-            values: Tensor = self.action(features)
-            return values
-        options = self.best_options(features) if options is None else options
-        values = self.action(features, one_hot(options, NUM_OPTIONS).to(features.dtype))
+        if self.method.hierarchical:
+            options = self.best_options(features) if options is None else options
+            values: Tensor = self.action(features, one_hot(options, NUM_OPTIONS).to(features.dtype))
+        else:
+            values = self.action(features)
         return values
 
     def best_options(self, features: Tensor) -> Tensor:

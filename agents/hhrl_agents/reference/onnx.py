@@ -21,7 +21,7 @@ from hhrl_agents.policies.learned_agent import LearnedAgent, make_agent
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.reference.conversion import to_module
 from hhrl_agents.reference.modules import PolicyModule
-from hhrl_envs.arrays import Floats32, Ints
+from hhrl_envs.arrays import Flags, Floats32, Ints
 from hhrl_envs.errors import InputError
 from hhrl_envs.observation import SIZE
 
@@ -86,7 +86,9 @@ def parity_of(content: bytes, agent: LearnedAgent, module: PolicyModule) -> Pari
     for _ in range(_STEPS):
         observations = rng.normal(size=(_ROWS, SIZE)).astype(np.float32)
         features, decision = memory.observe(observations), agent.act(observations)
-        inputs = {"features": features, **_given_option(module, decision)}
+        inputs: dict[str, Floats32 | Ints] = {"features": features}
+        if _option_is_given(module):
+            inputs["option"] = decision.option
         found = dict(zip(_outputs(module), session.run(None, inputs), strict=True))
         wanted = _values(module, *inputs.values())
         tied = np.any([_tied(values) for values in wanted.values()], axis=0)
@@ -144,10 +146,6 @@ def _option_is_given(module: PolicyModule) -> bool:
     return module.method.hierarchical and "option" not in module.method.levels
 
 
-def _given_option(module: PolicyModule, decision: Decision) -> dict[str, Ints]:
-    return {"option": decision.option} if _option_is_given(module) else {}
-
-
 @torch.no_grad()
 def _values(module: PolicyModule, *inputs: Floats32 | Ints) -> dict[str, Floats32]:
     """Return torch's values of every level that is learned."""
@@ -160,9 +158,10 @@ def _chosen(decision: Decision, output: str) -> Ints:
     return decision.option if output == "option_values" else decision.action
 
 
-def _tied(values: Floats32) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def _tied(values: Floats32) -> Flags:
     second, best = np.sort(values, axis=1)[:, -2:].T
-    return best - second <= 2 * TOLERANCE * np.maximum(np.abs(best), 1.0)
+    tied: Flags = best - second <= 2 * TOLERANCE * np.maximum(np.abs(best), 1.0)
+    return tied
 
 
 def _difference(found: Floats32, wanted: Floats32) -> float:
