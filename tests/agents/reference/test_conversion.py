@@ -57,8 +57,8 @@ def test_a_module_shares_no_memory() -> None:
     module = module_of(method, MAIN, parameters)
     back = from_module(module)
     with torch.no_grad():
-        for value in module.parameters():
-            value.add_(1.0)
+        for parameter in module.parameters():
+            parameter.add_(1.0)
     for name, value in before.items():
         assert np.array_equal(parameters[name], value)
         assert np.array_equal(back[name], value)

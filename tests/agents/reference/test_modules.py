@@ -8,7 +8,7 @@ import torch
 
 from hhrl_agents.policies.learned_agent import HierarchicalLearnedAgent, make_agent
 from hhrl_agents.reference.conversion import to_module
-from hhrl_agents.reference.modules import NUM_OPTIONS
+from hhrl_agents.reference.modules import NUM_OPTIONS, ActionNetwork
 from hhrl_envs import Option, get_scenario
 from hhrl_envs.arrays import Floats32
 from hhrl_envs.errors import InputError
@@ -60,8 +60,10 @@ def test_attention_is_the_agent_s(kind: str) -> None:
     features = np.tile(observations(), 1 + len(method.config.memory))
     options = np.arange(B) % NUM_OPTIONS
     one_hot = torch.eye(NUM_OPTIONS)[torch.from_numpy(options)]
+    network = to_module(agent).get_submodule("action")
+    assert isinstance(network, ActionNetwork)
     with torch.no_grad():
-        weights = to_module(agent).get_submodule("action").weights(torch.from_numpy(features), one_hot)
+        weights = network.weights(torch.from_numpy(features), one_hot)
     np.testing.assert_allclose(weights, agent.attention(features, options), rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(weights.sum(1), 1.0, rtol=1e-5)
 

@@ -11,9 +11,10 @@ import torch
 
 from hhrl_agents.policies.checkpoint_file import METADATA_KEY, SHIPPED
 from hhrl_agents.policies.checkpoints import load
-from hhrl_agents.policies.learned_agent import agent_metadata, make_agent
+from hhrl_agents.policies.learned_agent import LearnedAgent, agent_metadata, make_agent
 from hhrl_agents.reference import onnx as subject
 from hhrl_agents.reference.conversion import to_module
+from hhrl_agents.reference.modules import PolicyModule
 from hhrl_envs import get_scenario
 from hhrl_envs.errors import InputError
 from support.kinds import method_of, parameters_of
@@ -80,8 +81,8 @@ def test_an_agent_remembers_what_it_did_before_its_export(tmp_path: Path) -> Non
 
 
 def test_a_file_that_would_differ_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def wrong(agent: object) -> torch.nn.Module:
-        module = to_module(right)
+    def wrong(agent: LearnedAgent) -> PolicyModule:
+        module = to_module(agent)
         with torch.no_grad():
             module.get_parameter("action.values.2.bias")[0] += 0.5
         return module
