@@ -132,8 +132,8 @@ def test_a_hundred_updates_lead_to_the_same_parameters(kind: str) -> None:
         if step % 20 == 19:
             pair.reference.move_target()
             pair.stack.move_target(method.config.target_rate)
-    assert_same(from_module(pair.reference.online), pair.stack.online, 1e-3)
-    assert_same(from_module(pair.reference.target), pair.stack.target, 1e-3)
+    assert_same(from_module(pair.reference.online), pair.stack.online, 1e-5)
+    assert_same(from_module(pair.reference.target), pair.stack.target, 1e-5)
 
 
 def test_a_level_that_stays_fixed_chooses_and_does_not_learn() -> None:
