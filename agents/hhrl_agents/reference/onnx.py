@@ -68,8 +68,8 @@ def export_onnx(agent: LearnedAgent | Path, path: Path) -> Parity:
     parity = parity_of(content, agent, module)
     if parity.equal + parity.ties < parity.states or not parity.difference <= TOLERANCE:
         raise InputError(
-            f"nothing is written, the ONNX file of method {agent.method.id!r} would differ from it: {parity.equal} of {parity.states} "
-            f"decisions are equal, {parity.ties} ties, values within {parity.difference:.1e}; report it"
+            f"nothing is written, the ONNX file of method {agent.method.id!r} would differ from it: {parity.equal} of "
+            f"{parity.states} decisions are equal, {parity.ties} ties, values within {parity.difference:.1e}; report it"
         )
     write_atomically(path, content)
     return parity
