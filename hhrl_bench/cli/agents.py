@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hhrl_bench.cli.console import announce_compiling, console, progress
-from hhrl_bench.cli.options import AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
+from hhrl_bench.cli.options import AgentArgument, AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -115,6 +115,34 @@ def evaluate(
     words += ["--option", held] if held else []
     command = shlex.join([*words, "--opponent", opponent] if opponent else words)
     typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
+
+
+@agents_app.command()
+def export(
+    agent: AgentArgument,
+    onnx: Annotated[Path, typer.Option("--onnx", metavar="FILE", help="The ONNX file to write.", show_default=False)],
+    task: TaskOption = "stop-line-v0",
+) -> None:
+    """Write a learned agent's networks as an ONNX file; of several training seeds, the lowest one's."""
+    from hhrl_agents.policies.learned_agent import LearnedAgent
+    from hhrl_bench.errors import AgentError
+    from hhrl_bench.evaluation.loading import load_agent
+    from hhrl_envs.errors import require
+
+    for module in ("torch", "onnx", "onnxscript", "onnxruntime"):
+        require(module, "onnx")
+    loaded = load_agent(agent, task)
+    if not isinstance(loaded, LearnedAgent):
+        raise AgentError(f"agent {agent!r} has no networks to write; name a learned one")
+    from hhrl_agents.reference.onnx import export_onnx
+
+    parity = export_onnx(loaded, onnx)
+    levels, seed = " and ".join(loaded.method.levels), loaded.metadata["seed"]
+    typer.echo(f"{onnx}: {levels} values of {loaded.method.id}, training seed {seed}")
+    typer.echo(
+        f"ONNX Runtime decides alike in {parity.equal:,} of {parity.states:,} random states ({parity.ties} ties); "
+        f"values differ by at most {parity.difference:.1e} of the larger of their size and 1"
+    )
 
 
 def _evaluate_timed(agent: str, task: "Task", episodes: int, option: "OptionName | None") -> "TimedResult":

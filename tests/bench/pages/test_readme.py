@@ -74,7 +74,7 @@ def test_documentation_holds_the_commands_it_promises() -> None:
     verbs = {line.split()[1] for line in commands()}
     assert verbs == {
         "list", "evaluate", "watch", "run", "leaderboard", "train", "calibrate", "analyse", "robustness", "transfer",
-        "figures", "report", "sigma",
+        "figures", "report", "sigma", "export",
     }  # fmt: skip
 
 
