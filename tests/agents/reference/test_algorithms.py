@@ -7,13 +7,12 @@ import pytest
 import torch
 
 from hhrl_agents import METHODS
-from hhrl_agents.algorithms.td_errors import LevelErrors, make_algorithm
+from hhrl_agents.algorithms import td_errors as td_kernels
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.parameters import Adam, ParameterStack
 from hhrl_agents.reference.algorithms import MiniBatch, ReferenceLearner, hybrid_rewards, td_errors
 from hhrl_agents.reference.conversion import from_module, gradients_of
-from hhrl_agents.replay import buffer
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.training.learner import Start
 from hhrl_envs import Simulator, get_scenario
 from hhrl_envs.arrays import Floats32
 from hhrl_envs.errors import InputError
@@ -25,7 +24,7 @@ Tensors = dict[str, torch.Tensor]
 
 
 class Pair:
-    """The reference and the stacked learner of one seed with the same parameters; the targets have others."""
+    """The reference and the compiled learner with the same parameters; the targets have others."""
 
     def __init__(self, method: Method, fixed: tuple[str, ...] = ()) -> None:
         online, target = (parameters_of(method, MAIN, seed) for seed in (0, 1))
@@ -33,30 +32,48 @@ class Pair:
         self.levels = levels
         self.reference = ReferenceLearner(method, MAIN, online, target, levels)
         learned = {name: value for name, value in online.items() if not name.startswith("ffv.")}
-        frozen = {name: value for name, value in online.items() if name.startswith("ffv.")}
-        shapes = {name: (value.shape[1], value.shape[2]) for name, value in learned.items()}
-        self.stack = ParameterStack(shapes, generators([0], Purpose.INITIALISATION), torch.device("cpu"))
-        for name, value in learned.items():
-            self.stack.online[name].copy_(torch.from_numpy(value))
-            self.stack.target[name].copy_(torch.from_numpy(target[name]))
-        self.algorithm = make_algorithm(method, MAIN, self.stack, frozen, fixed)
-        parts = [self.stack.part(f"{level}.") for level in levels]
-        self.adam = Adam(self.stack.flat, parts, method.config.max_gradient_norm)
+        worlds = np.arange(method.config.n_envs, dtype=np.uint64)
+        self.learner = DoubleDQNLearner(method, MAIN, 0, worlds, start=Start(learned, fixed))
+        views = self.learner.parameters._views(self.learner.parameters.target)
+        for name, value in views.items():
+            value[...] = target[name]
 
-    def errors(self, batch: MiniBatch) -> dict[str, LevelErrors]:
-        """The stacked learner's errors, whose mini-batches are columns."""
-        rows = (batch.observations, *(number[:, None] for number in batch[1:-1]), batch.next_observations)
-        errors = self.algorithm.td_errors(buffer.MiniBatch(*(part.T[None] for part in rows)))
-        return dict(zip(self.levels, errors, strict=True))
+    def learn(self, batch: MiniBatch, weights: Tensors, parts: dict[str, slice], rate: float) -> td_kernels.Found:
+        """Take the compiled step and return what it found."""
+        learner, count = self.learner, len(batch.options)
+        columns = (batch.option_rewards, batch.action_rewards, batch.discounts, batch.options, batch.actions)
+        numbers = torch.stack([column.float() for column in columns], 1)
+        rows = torch.cat((batch.observations, batch.next_observations, numbers), 1).numpy()
+        given = np.zeros(count, np.int64)
+        if learner.method.hierarchical and "option" not in learner.method.levels:
+            given = learner._given_options(batch.next_observations.numpy())
+        firsts = np.array([parts[level].start or 0 for level in self.levels])
+        weighed = np.stack([weights[level].numpy() for level in self.levels])
+        drawn = td_kernels.Batch(rows, np.arange(count), given, firsts, weighed)
+        found = td_kernels.Found(np.zeros((len(self.levels), count), np.float32), *np.zeros((2, len(self.levels))))
+        settings = td_kernels.Settings(
+            learner.config.advantage_learning, rate, learner.config.max_gradient_norm
+        )
+        td_kernels.learn(learner._memory, learner._option, learner._action, drawn, learner._room, settings, found)
+        return found
 
-    def update(self, batch: MiniBatch, weights: Tensors, parts: dict[str, slice], rate: float) -> dict[str, float]:
-        """Take the stacked learner's step and return its losses."""
-        losses = {
-            level: error.backward(parts[level], weights[level][None, None])[0]
-            for level, error in self.errors(batch).items()
-        }
-        self.adam.step(self.stack.gradient, rate)
-        return losses
+    @property
+    def gradients(self) -> dict[str, Floats32]:
+        """The gradients of the levels that learn, each clipped as the step clips it."""
+        parameters, gradient = self.learner.parameters, self.learner._memory.gradient.copy()
+        for level in self.levels:
+            part = slice(*parameters.parts[level])
+            norm = np.linalg.norm(gradient[part].astype(np.float64))
+            gradient[part] *= min(1.0, self.learner.config.max_gradient_norm / norm)
+        return self._learned(gradient)
+
+    @property
+    def online(self) -> dict[str, Floats32]:
+        return self._learned(self.learner.parameters.online)
+
+    def _learned(self, numbers: Floats32) -> dict[str, Floats32]:
+        named = self.learner.parameters._views(numbers).items()
+        return {name: value for name, value in named if name.split(".")[0] in self.levels}
 
 
 def batch_of(method: Method, seed: int = 0, rows: int = B) -> MiniBatch:
@@ -96,10 +113,10 @@ def test_errors_are_the_learner_s(kind: str) -> None:
     method = method_of(kind)
     pair, batch = Pair(method), batch_of(method)
     found = td_errors(pair.reference.online, pair.reference.target, batch)
-    wanted = pair.errors(batch)
-    assert found.keys() == wanted.keys()
-    for level, error in wanted.items():
-        np.testing.assert_allclose(found[level].detach(), error.errors[0, 0], rtol=1e-4, atol=1e-5)
+    wanted = pair.learn(batch, weights_of(method, B), dict.fromkeys(method.levels, slice(None)), 1e-3)
+    assert list(found) == pair.levels
+    for level, errors in zip(pair.levels, wanted.errors, strict=True):
+        np.testing.assert_allclose(found[level].detach(), errors, rtol=1e-4, atol=1e-5)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -111,40 +128,39 @@ def test_losses_gradients_and_an_update_are_the_learner_s(kind: str) -> None:
     gradients = gradients_of(pair.reference.online)
     assert_same(from_module(pair.reference.online), before, 0.0)
     pair.reference.update(batch, weights, 1e-3, parts)
-    wanted = pair.update(batch, weights, parts, 1e-3)
-    for level, loss in wanted.items():
+    wanted = pair.learn(batch, weights, parts, 1e-3)
+    for level, loss in zip(pair.levels, wanted.losses, strict=True):
         assert losses[level].item() == pytest.approx(loss, rel=1e-4)
-    assert_same(gradients, pair.stack.gradients, 1e-4)
+    assert_same(gradients, pair.gradients, 1e-4)
     after = from_module(pair.reference.online)
-    assert_same(after, pair.stack.online, 1e-5)
+    assert_same(after, pair.online, 1e-5)
     moved = [name for name, value in after.items() if not np.array_equal(value, before[name])]
-    assert sorted(moved) == sorted(pair.stack.online)
+    assert sorted(moved) == sorted(pair.online)
 
 
-@pytest.mark.parametrize("kind", ["flat", "attention", "memory", "figure-2"])
+@pytest.mark.parametrize("kind", ["flat", "attention", "memory", "figure-2", "layer-norm"])
 def test_a_hundred_updates_lead_to_the_same_parameters(kind: str) -> None:
     method = method_of(kind)
     pair, everything = Pair(method), dict.fromkeys(method.levels, slice(None))
     for step in range(100):
         batch, weights, rate = batch_of(method, step), weights_of(method, B, step), 1e-3 / (1 + step)
         pair.reference.update(batch, weights, rate)
-        pair.update(batch, weights, everything, rate)
+        pair.learn(batch, weights, everything, rate)
         if step % 20 == 19:
             pair.reference.move_target()
-            pair.stack.move_target(method.config.target_rate)
-    assert_same(from_module(pair.reference.online), pair.stack.online, 1e-5)
-    assert_same(from_module(pair.reference.target), pair.stack.target, 1e-5)
+            pair.learner.parameters.move_target(method.config.target_rate)
+    assert_same(from_module(pair.reference.online), pair.online, 1e-5)
 
 
 def test_a_level_that_stays_fixed_chooses_and_does_not_learn() -> None:
     method = method_of("attention")
     pair, batch, weights = Pair(method, fixed=("option",)), batch_of(method), weights_of(method, B)
-    before = from_module(pair.reference.online)
+    before = {name: value.copy() for name, value in pair.learner.parameters.snapshot().items()}
     losses = pair.reference.update(batch, weights, 1e-2)
+    found = pair.learn(batch, weights, {"action": slice(None)}, 1e-2)
     assert list(losses) == ["action"]
-    wanted = pair.errors(batch)["action"].errors[0, 0]
-    assert losses["action"].item() == pytest.approx((weights["action"] * wanted.square()).mean().item(), rel=1e-4)
-    for name, value in from_module(pair.reference.online).items():
+    assert losses["action"].item() == pytest.approx(found.losses[0], rel=1e-4)
+    for name, value in pair.learner.parameters.snapshot().items():
         assert np.array_equal(value, before[name]) == name.startswith("option.")
 
 
