@@ -70,8 +70,7 @@ def policy(path: Path) -> LearnedAgent:
 
 def level(agent: LearnedAgent, name: str) -> bytes:
     values = [value for key, value in sorted(agent.parameters.items()) if key.startswith(f"{name}.")]
-    flat: bytes = torch.cat([value.flatten() for value in values]).numpy().tobytes()
-    return flat
+    return b"".join(value.tobytes() for value in values)
 
 
 def run_of(moved: Path, arm: str, target: str = "stop-line-wet-v0") -> RunDirectory:
