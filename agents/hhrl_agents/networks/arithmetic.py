@@ -21,26 +21,26 @@ if TYPE_CHECKING:
     def fma(a: Any, b: Any, c: Any) -> Any:
         """Return a b + c, rounded once; all float32 or all float64."""
 
-    def _from_bits(bits: int) -> float: ...
+    def _from_bits(bits: Any) -> float: ...
 
     def _to_bits(number: float) -> int: ...
 
 else:
 
     @intrinsic
-    def fma(_, a, b, c):
+    def fma(_: Any, a: Any, b: Any, c: Any) -> Any:
         """Return a b + c, rounded once; all float32 or all float64."""
         if (a, b, c) not in {(types.float32,) * 3, (types.float64,) * 3}:
             return None
         return a(a, b, c), lambda _context, builder, _signature, values: builder.fma(*values)
 
     @intrinsic
-    def _from_bits(_, bits):
+    def _from_bits(_: Any, bits: Any) -> Any:
         kind = ir.DoubleType()
         return types.float64(bits), lambda _context, builder, _signature, values: builder.bitcast(values[0], kind)
 
     @intrinsic
-    def _to_bits(_, number):
+    def _to_bits(_: Any, number: Any) -> Any:
         kind = ir.IntType(64)
         return types.int64(number), lambda _context, builder, _signature, values: builder.bitcast(values[0], kind)
 
@@ -79,7 +79,9 @@ def log(x: float) -> float:
     square, series = ratio * ratio, 0.0
     for coefficient in _LOG:
         series = fma(series, square, coefficient)
-    return fma(float(power), _LN2_HIGH, fma(float(power), _LN2_LOW, 2.0 * ratio * series))
+    whole = float(power)
+    logarithm: float = fma(whole, _LN2_HIGH, fma(whole, _LN2_LOW, 2.0 * ratio * series))
+    return logarithm
 
 
 @inner

@@ -15,7 +15,7 @@ from hhrl_agents.networks.architectures import NUM_OPTIONS, Architecture, Attend
 from hhrl_agents.networks.arithmetic import ONE, ZERO, add_product, exp, fma, write_outer
 from hhrl_envs.arrays import Floats32, Ints
 from hhrl_envs.observation import SIZE, SYMBOLS
-from hhrl_envs.simulation.engine.compilation import inner, kernel
+from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced
 from hhrl_envs.sub_goals import SSL
 
 _LINEAR = int(Attended.LINEAR)
@@ -23,13 +23,13 @@ _LINE = tuple(SYMBOLS.index(element.symbol) for element in SSL.elements)
 _EPSILON = np.float32(1e-5)  # what layer normalisation adds to the variance
 _SIZE = np.float32(SIZE)
 
-# Columns of the layout's first row, of the whole network; the places of blocks are per row of the workspace.
-FEATURES, READS_OPTION, ATTENDED, LAYER_NORM, SEES_LINE, STATE_WEIGHT, STATE_BIAS, OPTION_WEIGHT, WEIGHTS, SCORED = (
-    range(10)
-)
-# Columns of the other rows, of a layer.
+# Columns of the layout; places of blocks are per row of the workspace. A row is a fully connected layer: the first one
+# that of the attention, where there is some, the others those of the values.
 WEIGHT, BIAS, FAN_IN, FAN_OUT, INPUTS, OUTPUTS, NORMS, FACTORS = range(8)
-_COLUMNS = 10
+# More columns of the first row, which are the whole network's. Attending writes the weights I(s, o) over its inputs.
+FEATURES, READS_OPTION, ATTENDED, LAYER_NORM, SEES_LINE, OPTION_WEIGHT = range(8, 14)
+WEIGHTS, SCORED = INPUTS, OUTPUTS
+_COLUMNS = 14
 
 
 def layout_of(architecture: Architecture, first: int = 0) -> tuple[Ints, int]:
@@ -41,13 +41,13 @@ def layout_of(architecture: Architecture, first: int = 0) -> tuple[Ints, int]:
     starts = dict(zip(shapes, np.cumsum([first, *map(prod, shapes.values())]).tolist(), strict=False))
     sizes = architecture.sizes
     layout = np.zeros((len(sizes), _COLUMNS), np.int64)
-    layout[0, : SEES_LINE + 1] = architecture.features, *map(int, architecture[3:])
-    layout[0, STATE_WEIGHT] = starts.get("attention.state.weight", 0)
-    layout[0, STATE_BIAS] = starts.get("attention.state.bias", 0)
-    layout[0, OPTION_WEIGHT] = starts.get("attention.option.weight", 0)
+    layout[0, FEATURES : SEES_LINE + 1] = architecture.features, *map(int, architecture[3:])
     place = architecture.features  # of the state as it is seen, which is the first block
-    layout[0, WEIGHTS], layout[0, SCORED] = place, place + SIZE
-    place += 2 * SIZE if architecture.attended else 0
+    if architecture.attended:
+        weight, bias = starts["attention.state.weight"], starts["attention.state.bias"]
+        layout[0, : OUTPUTS + 1] = weight, bias, SIZE, SIZE, place, place + SIZE
+        layout[0, OPTION_WEIGHT] = starts["attention.option.weight"]
+        place += 2 * SIZE
     prefix = "values." if architecture.reads_option else ""
     for layer, (fan_in, fan_out) in enumerate(pairwise(sizes)):
         weight, bias = starts[f"{prefix}{layer}.weight"], starts[f"{prefix}{layer}.bias"]
@@ -63,18 +63,18 @@ def layout_of(architecture: Architecture, first: int = 0) -> tuple[Ints, int]:
 
 
 @inner
+def matrix(numbers: Floats32, place: int, rows: int, width: int) -> Floats32:
+    """Return the numbers at a place as [rows, width], a view."""
+    return numbers[place : place + rows * width].reshape((rows, width))
+
+
+@spliced
 def block(work: Floats32, capacity: int, place: int, rows: int, width: int) -> Floats32:
     """Return a block of the workspace, [rows, width], a view."""
-    return work[place * capacity : place * capacity + rows * width].reshape((rows, width))
+    return matrix(work, place * capacity, rows, width)
 
 
-@inner
-def matrix(parameters: Floats32, place: int, fan_in: int, fan_out: int) -> Floats32:
-    """Return the parameters at a place as [fan_in, fan_out], a view."""
-    return parameters[place : place + fan_in * fan_out].reshape((fan_in, fan_out))
-
-
-@inner
+@spliced
 def values_of(layout: Ints, work: Floats32, capacity: int, rows: int) -> Floats32:
     """Return the outputs that a forward pass left, [rows, outputs], a view."""
     last = layout[layout.shape[0] - 1]
@@ -87,69 +87,81 @@ def forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, r
 
     options: int64 [rows], read by networks that read one.
     """
-    _read_state(parameters, layout, work, capacity, rows, options)
-    for layer in range(1, layout.shape[0]):
+    return _forward(parameters, layout, work, capacity, rows, options)
+
+
+@spliced
+def _forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> Floats32:
+    states = block(work, capacity, 0, rows, layout[0, FEATURES])
+    attends = layout[0, ATTENDED] > 0
+    _read_state(layout, work, capacity, states, options)
+    for layer in range(0 if attends else 1, layout.shape[0]):
         at = layout[layer]
         x = block(work, capacity, at[INPUTS], rows, at[FAN_IN])
         y = block(work, capacity, at[OUTPUTS], rows, at[FAN_OUT])
-        bias = parameters[at[BIAS] : at[BIAS] + at[FAN_OUT]]
         for r in range(rows):
-            for j in range(bias.size):
-                y[r, j] = bias[j]
+            for j in range(y.shape[1]):
+                y[r, j] = parameters[at[BIAS] + j]
         add_product(x, matrix(parameters, at[WEIGHT], at[FAN_IN], at[FAN_OUT]), y)
-        if layer < layout.shape[0] - 1:
+        if layer == 0:
+            first = layout[1]
+            inputs = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
+            _attend(parameters[layout[0, OPTION_WEIGHT] :], layout, states, options, x, y, inputs)
+        elif layer < layout.shape[0] - 1:
             if layout[0, LAYER_NORM]:
-                _normalise(
-                    y, block(work, capacity, at[NORMS], rows, at[FAN_OUT]), block(work, capacity, at[FACTORS], rows, 1)
-                )
+                norms = block(work, capacity, at[NORMS], rows, at[FAN_OUT])
+                _normalise(y, norms, work[at[FACTORS] * capacity :])
             for r in range(rows):
-                for j in range(bias.size):
+                for j in range(y.shape[1]):
                     y[r, j] = max(y[r, j], ZERO)
     return values_of(layout, work, capacity, rows)
 
 
-@inner
-def _read_state(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> None:
-    """Write what the first layer reads: the state, or what the attention makes of it, and the one-hot option."""
-    features, first = layout[0, FEATURES], layout[1]
-    states = block(work, capacity, 0, rows, features)
-    x = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
+@spliced
+def _read_state(layout: Ints, work: Floats32, capacity: int, states: Floats32, options: Ints) -> None:
+    """Write the state where the first layer reads it, and the one-hot option where that of the values does."""
+    rows, features, first = states.shape[0], states.shape[1], layout[1]
     if not layout[0, SEES_LINE]:
-        for r in range(rows):
-            for trace in range(features // SIZE):
-                for element in _LINE:
-                    states[r, trace * SIZE + element] = ZERO
-    if layout[0, ATTENDED]:
-        _attend(parameters, layout, work, capacity, rows, options)
-    else:
-        for r in range(rows):
-            for f in range(features):
-                x[r, f] = states[r, f]
+        _hide_line(states)
+    reader = layout[0] if layout[0, ATTENDED] else first
+    x = block(work, capacity, reader[INPUTS], rows, reader[FAN_IN])
+    for r in range(rows):
+        for f in range(min(features, reader[FAN_IN])):
+            x[r, f] = states[r, f]
     if layout[0, READS_OPTION]:
+        x = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
         for r in range(rows):
             for option in range(NUM_OPTIONS):
                 x[r, features + option] = ONE if option == options[r] else ZERO
 
 
 @inner
-def _attend(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> None:
-    """Write I(s, o) = softmax(Linear(s) + Linear(o)), and s^I = SIZE I * s or SIZE I * Linear(s)."""
-    features, first = layout[0, FEATURES], layout[1]
-    states = block(work, capacity, 0, rows, features)
-    x = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
-    weights = block(work, capacity, layout[0, WEIGHTS], rows, SIZE)
-    scored = block(work, capacity, layout[0, SCORED], rows, SIZE)
-    bias = parameters[layout[0, STATE_BIAS] : layout[0, STATE_BIAS] + SIZE]
-    for r in range(rows):
-        for j in range(SIZE):
-            scored[r, j] = bias[j]
-    add_product(states[:, :SIZE], matrix(parameters, layout[0, STATE_WEIGHT], SIZE, SIZE), scored)
-    of_option = matrix(parameters, layout[0, OPTION_WEIGHT], NUM_OPTIONS, SIZE)
+def _hide_line(states: Floats32) -> None:
+    for r in range(states.shape[0]):
+        for trace in range(states.shape[1] // SIZE):
+            for element in _LINE:
+                states[r, trace * SIZE + element] = ZERO
+
+
+@inner
+def _attend(
+    of_option: Floats32,
+    layout: Ints,
+    states: Floats32,
+    options: Ints,
+    weights: Floats32,
+    scored: Floats32,
+    x: Floats32,
+) -> None:
+    """Write I(s, o) = softmax(Linear(s) + Linear(o)), and s^I = SIZE I * s or SIZE I * Linear(s).
+
+    scored: Linear(s); of_option: the parameters of the other linear layer, row by row.
+    """
     score = np.empty(SIZE, np.float64)
-    for r in range(rows):
+    for r in range(states.shape[0]):
         highest = -np.inf
         for j in range(SIZE):
-            score[j] = np.float64(scored[r, j] + of_option[options[r], j])
+            score[j] = np.float64(scored[r, j] + of_option[options[r] * SIZE + j])
             highest = max(highest, score[j])
         total = 0.0
         for j in range(SIZE):
@@ -157,11 +169,13 @@ def _attend(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, r
             total += score[j]
         for j in range(SIZE):
             weights[r, j] = np.float32(score[j] / total)
-            attended = scored if layout[0, ATTENDED] == _LINEAR else states
-            x[r, j] = weights[r, j] * attended[r, j] * _SIZE
-        for trace in range(1, features // SIZE):
+        for j in range(SIZE):
+            x[r, j] = scored[r, j] if layout[0, ATTENDED] == _LINEAR else states[r, j]
+        for f in range(SIZE, states.shape[1]):
+            x[r, f] = states[r, f]
+        for trace in range(0, states.shape[1], SIZE):
             for j in range(SIZE):
-                x[r, trace * SIZE + j] = weights[r, j] * states[r, trace * SIZE + j] * _SIZE
+                x[r, trace + j] = weights[r, j] * x[r, trace + j] * _SIZE
 
 
 @inner
@@ -176,10 +190,9 @@ def _normalise(y: Floats32, norms: Floats32, factors: Floats32) -> None:
         for j in range(y.shape[1]):
             centred = y[r, j] - mean
             variance = fma(centred, centred, variance)
-        factor = ONE / np.sqrt(variance / width + _EPSILON)
-        factors[r, 0] = factor
+        factors[r] = ONE / np.sqrt(variance / width + _EPSILON)
         for j in range(y.shape[1]):
-            y[r, j] = (y[r, j] - mean) * factor
+            y[r, j] = (y[r, j] - mean) * factors[r]
             norms[r, j] = y[r, j]
 
 
@@ -194,25 +207,10 @@ def evaluate(
         for r in range(rows):
             for f in range(seen.shape[1]):
                 seen[r, f] = states[begin + r, f]
-        found = forward(parameters, layout, work, capacity, rows, options[begin : begin + rows])
+        found = _forward(parameters, layout, work, capacity, rows, options[begin : begin + rows])
         for r in range(rows):
             for j in range(found.shape[1]):
                 values[begin + r, j] = found[r, j]
-
-
-@kernel
-def attend(
-    parameters: Floats32, layout: Ints, work: Floats32, states: Floats32, options: Ints, weights: Floats32
-) -> None:
-    """Write the attention I(s, o), [B, SIZE], of states [B, SIZE or more] and options int64 [B]; `work` is one row."""
-    for r in range(states.shape[0]):
-        seen = block(work, 1, 0, 1, layout[0, FEATURES])
-        for f in range(states.shape[1]):
-            seen[0, f] = states[r, f]
-        _read_state(parameters, layout, work, 1, 1, options[r : r + 1])
-        found = block(work, 1, layout[0, WEIGHTS], 1, SIZE)
-        for j in range(SIZE):
-            weights[r, j] = found[0, j]
 
 
 @inner
@@ -256,11 +254,8 @@ def backward(
                     before[r, i] = before[r, i] if x[r, i] > ZERO else ZERO
             if layout[0, LAYER_NORM]:
                 last = layout[layer - 1]
-                _denormalise(
-                    before,
-                    block(work, capacity, last[NORMS], first + rows, last[FAN_OUT])[first:],
-                    block(work, capacity, last[FACTORS], first + rows, 1)[first:],
-                )
+                norms = block(work, capacity, last[NORMS], first + rows, last[FAN_OUT])[first:]
+                _denormalise(before, norms, work[last[FACTORS] * capacity + first :])
     _attend_backward(layout, work, slopes, gradient, capacity, first, rows, options)
 
 
@@ -283,7 +278,7 @@ def _denormalise(slope: Floats32, norms: Floats32, factors: Floats32) -> None:
             along = fma(slope[r, j], norms[r, j], along)
         mean, along = mean / width, along / width
         for j in range(slope.shape[1]):
-            slope[r, j] = (slope[r, j] - mean - norms[r, j] * along) * factors[r, 0]
+            slope[r, j] = (slope[r, j] - mean - norms[r, j] * along) * factors[r]
 
 
 @inner
@@ -319,8 +314,8 @@ def _attend_backward(
             of_option[options[first + r], j] += scores[r, j]
             if layout[0, ATTENDED] == _LINEAR:
                 scores[r, j] = fma(slope[r, j] * weights[r, j], _SIZE, scores[r, j])
-    write_outer(states[:, :SIZE], scores, matrix(gradient, layout[0, STATE_WEIGHT], SIZE, SIZE))
-    _sum_rows(scores, gradient[layout[0, STATE_BIAS] : layout[0, STATE_BIAS] + SIZE])
+    write_outer(states[:, :SIZE], scores, matrix(gradient, layout[0, WEIGHT], SIZE, SIZE))
+    _sum_rows(scores, gradient[layout[0, BIAS] : layout[0, BIAS] + SIZE])
 
 
 class ValueNetwork:
@@ -329,30 +324,35 @@ class ValueNetwork:
     _CAPACITY = 64
 
     def __init__(self, architecture: Architecture, parameters: Floats32, first: int = 0) -> None:
-        self._parameters, self._outputs = parameters, architecture.outputs
+        self._parameters, self._architecture = parameters, architecture
         self._layout, self._width = layout_of(architecture, first)
-        self._has_attention = bool(architecture.attended)
 
     def values(self, states: Floats32, options: Ints | None = None) -> Floats32:
         """Return the values, float32 [B, outputs], of states [B, features] and options int64 [B] if it reads them."""
-        values = np.empty((len(states), self._outputs), np.float32)
-        work = np.empty(self._width * self._CAPACITY, np.float32)
-        evaluate(self._parameters, self._layout, work, self._CAPACITY, *_inputs(states, options), values)
-        return values
+        return self._evaluate(states, options, self._CAPACITY)[0]
 
     def attention(self, states: Floats32, options: Ints) -> Floats32:
-        """Return the attention weights I(s, o), float32 [B, SIZE]; uniform without attention."""
-        weights = np.full((len(states), SIZE), 1 / SIZE, np.float32)
-        if self._has_attention:
-            attend(
-                self._parameters, self._layout, np.zeros(self._width, np.float32), *_inputs(states, options), weights
-            )
-        return weights
+        """Return the attention weights I(s, o), float32 [B, SIZE]; uniform without attention.
 
+        states: [B, SIZE] or more; traces of the state do not count.
+        """
+        rows = len(states)
+        if not self._architecture.attended:
+            return np.full((rows, SIZE), 1 / SIZE, np.float32)
+        whole = np.zeros((rows, self._architecture.features), np.float32)
+        whole[:, :SIZE] = states[:, :SIZE]
+        _, work = self._evaluate(whole, options, rows)
+        first = self._layout[0, WEIGHTS] * rows
+        return work[first : first + rows * SIZE].reshape(rows, SIZE)
 
-def _inputs(states: Floats32, options: Ints | None) -> tuple[Floats32, Ints]:
-    options = np.zeros(len(states), np.int64) if options is None else np.ascontiguousarray(options, np.int64)
-    return np.ascontiguousarray(states, np.float32), options
+    def _evaluate(self, states: Floats32, options: Ints | None, capacity: int) -> tuple[Floats32, Floats32]:
+        """Return the values, and the workspace of `capacity` rows that the forward pass of the last ones left."""
+        values = np.empty((len(states), self._architecture.outputs), np.float32)
+        work = np.empty(self._width * capacity, np.float32)
+        options = np.zeros(len(states), np.int64) if options is None else np.ascontiguousarray(options, np.int64)
+        states = np.ascontiguousarray(states, np.float32)
+        evaluate(self._parameters, self._layout, work, capacity, states, options, values)
+        return values, work
 
 
 def flattened(parameters: Sequence[Floats32]) -> Floats32:

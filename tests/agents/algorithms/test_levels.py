@@ -8,7 +8,8 @@ import torch
 from numpy.typing import NDArray
 
 from hhrl_agents.algorithms.td_errors import LearnedLevel, double_q, shortfall
-from hhrl_agents.networks.mlp import MLP, mlp_shapes
+from hhrl_agents.networks.architectures import Architecture
+from hhrl_agents.networks.mlp import MLP
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.networks.value_networks import mask_penalty
 from hhrl_agents.seeding import Purpose, generators
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 
 def level_of(alpha: float, penalty: torch.Tensor | None = None) -> tuple[LearnedLevel, ParameterStack]:
     """A level of three choices whose target network differs from the online one."""
-    shapes = {f"action.{name}": shape for name, shape in mlp_shapes(SIZE, 16, CHOICES).items()}
+    shapes = {f"action.{name}": shape for name, shape in Architecture(SIZE, (16,), CHOICES).shapes().items()}
     stack = ParameterStack(shapes, generators(SEEDS, Purpose.INITIALISATION), torch.device("cpu"))
     noise = np.random.default_rng(1).normal(0.0, 0.3, tuple(stack.flat_target.shape))
     stack.flat_target.add_(torch.from_numpy(noise.astype(np.float32)))

@@ -9,8 +9,8 @@ from torch import Tensor
 from hhrl_agents import METHODS
 from hhrl_agents.agent import ACTION, OPTION
 from hhrl_agents.algorithms.td_errors import Algorithm, make_algorithm
+from hhrl_agents.networks.architectures import method_shapes
 from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.replay.buffer import MiniBatch
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_agents.training.exploration import GREEDY, level_choices

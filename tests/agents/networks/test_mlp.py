@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 import torch
 
-from hhrl_agents.networks.mlp import MLP, affine_backward, mlp_shapes
+from hhrl_agents.networks.architectures import Architecture
+from hhrl_agents.networks.mlp import MLP, affine_backward
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.seeding import Purpose, generators
 from support import plain_networks
@@ -10,8 +11,8 @@ from support import plain_networks
 CPU = torch.device("cpu")
 
 
-def stack_of(*sizes: int, seeds: tuple[int, ...] = (3, 6)) -> ParameterStack:
-    stack = ParameterStack(mlp_shapes(*sizes), generators(seeds, Purpose.INITIALISATION), CPU)
+def stack_of(first: int, *hidden: int, last: int, seeds: tuple[int, ...] = (3, 6)) -> ParameterStack:
+    stack = ParameterStack(Architecture(first, hidden, last).shapes(), generators(seeds, Purpose.INITIALISATION), CPU)
     stack.flat.add_(torch.from_numpy(np.random.default_rng(1).normal(0, 0.1, stack.flat.shape).astype(np.float32)))
     return stack
 
@@ -32,18 +33,9 @@ def numpy_mlp(stack: ParameterStack, seed_index: int, column: np.ndarray, *, lay
     return column
 
 
-def test_shapes_follow_the_sizes() -> None:
-    assert mlp_shapes(11, 8, 3) == {
-        "0.weight": (11, 8),
-        "0.bias": (1, 8),
-        "1.weight": (8, 3),
-        "1.bias": (1, 3),
-    }
-
-
 @pytest.mark.parametrize("layer_norm", [False, True])
 def test_each_seed_s_columns_go_through_its_own_layers(layer_norm: bool) -> None:
-    stack, inputs = stack_of(11, 16, 8, 3), columns(2, 11, 5)
+    stack, inputs = stack_of(11, 16, 8, last=3), columns(2, 11, 5)
     outputs = MLP(stack.online, layer_norm=layer_norm)(inputs)
     assert outputs.shape == (2, 3, 5)
     for e in range(2):
@@ -55,7 +47,7 @@ def test_each_seed_s_columns_go_through_its_own_layers(layer_norm: bool) -> None
 @pytest.mark.parametrize("layer_norm", [False, True])
 @pytest.mark.parametrize("part", [slice(0, 7), slice(2, 5)])
 def test_gradients_are_those_of_automatic_differentiation(layer_norm: bool, part: slice) -> None:
-    stack, inputs, outputs_grad = stack_of(11, 16, 8, 3), columns(2, 11, 7), columns(2, 3, 7, seed=1)
+    stack, inputs, outputs_grad = stack_of(11, 16, 8, last=3), columns(2, 11, 7), columns(2, 3, 7, seed=1)
     network = MLP(stack.online, layer_norm=layer_norm)
     _, kept = network.forward(inputs)
     first = network.backward(kept.columns(part), outputs_grad[..., part].contiguous(), stack.gradients)

@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 import torch
 
-from hhrl_agents.networks.mlp import mlp_shapes
+from hhrl_agents.networks.architectures import Architecture
 from hhrl_agents.networks.parameters import ParameterStack
 from hhrl_agents.seeding import Purpose, generators
 
-SHAPES = {f"{level}.{name}": shape for level in ("option", "action") for name, shape in mlp_shapes(11, 8, 3).items()}
+LAYERS = Architecture(11, (8,), 3).shapes()
+SHAPES = {f"{level}.{name}": shape for level in ("option", "action") for name, shape in LAYERS.items()}
 
 
 def stack_of(*seeds: int) -> ParameterStack:
@@ -76,6 +77,7 @@ def test_a_snapshot_keeps_what_was() -> None:
     stack.flat.add_(1.0)
     assert taken.keys() == SHAPES.keys()
     for name, value in taken.items():
-        assert torch.equal(value, before[name])
-        assert value.is_contiguous()
-        assert value.untyped_storage().nbytes() == value.nbytes
+        np.testing.assert_array_equal(value, before[name])
+        assert value.dtype == np.float32
+        assert value.flags.c_contiguous
+        assert value.flags.owndata

@@ -1,21 +1,15 @@
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
 
-from hhrl_agents import METHODS
 from hhrl_agents.methods.configs import DoubleDQNConfig
+from hhrl_agents.networks.architectures import Architecture, Attended
 from hhrl_agents.networks.attention import one_hot
-from hhrl_agents.networks.mlp import MLP, Shapes, mlp_shapes, subset
+from hhrl_agents.networks.mlp import MLP, subset
 from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.networks.value_networks import (
-    ActionNetwork,
-    frozen_shapes,
-    mask_penalty,
-    method_shapes,
-)
+from hhrl_agents.networks.value_networks import ActionNetwork, mask_penalty
 from hhrl_agents.seeding import Purpose, generators
 from hhrl_envs.observation import D_D, SIZE
 from support import plain_networks
@@ -39,8 +33,9 @@ READINGS = pytest.mark.parametrize(
 
 
 def make(*, attention: bool, **config: Any) -> tuple[ParameterStack, ActionNetwork]:
-    shapes = ActionNetwork.shapes(features_of(config), (16, 12), 6, attention=attention)
-    stack = ParameterStack(shapes, generators(SEEDS, Purpose.INITIALISATION), torch.device("cpu"))
+    attended = Attended.STATE if attention else Attended.NOTHING
+    network = Architecture(features_of(config), (16, 12), 6, reads_option=True, attended=attended)
+    stack = ParameterStack(network.shapes(), generators(SEEDS, Purpose.INITIALISATION), torch.device("cpu"))
     noise = np.random.default_rng(1).normal(0.0, 0.2, tuple(stack.flat.shape))
     stack.flat.add_(torch.from_numpy(noise.astype(np.float32)))
     return stack, ActionNetwork(stack.online, DoubleDQNConfig(**config))
@@ -108,46 +103,7 @@ def test_values_without_the_line_depend_on_no_element_of_it(attention: bool, mem
         of_the_line = element % SIZE >= D_D
         assert torch.equal(blind(moved, options), blind(states, options)) == of_the_line
         assert not torch.equal(seeing(moved, options), seeing(states, options))
-        if attention and not memory:
-            assert torch.equal(blind.attention(moved, options), blind.attention(states, options)) == of_the_line
     assert torch.equal(states, before)
-
-
-def test_attention_is_that_of_the_state_and_weighs_every_trace_of_an_element() -> None:
-    stack, network = make(attention=True, memory=(0.1, 0.03))
-    states, options = batch(features=3 * SIZE)
-    elsewhere = states.clone()
-    elsewhere[:, SIZE:] += 1.0
-    weights = network.attention(states, options)
-    assert weights.shape == (len(SEEDS), SIZE, states.shape[2])
-    assert torch.equal(weights, network.attention(elsewhere, options))
-    assert torch.equal(weights, network.attention(states[:, :SIZE], options))
-    weighed = torch.cat([SIZE * weights * states[:, group * SIZE : (group + 1) * SIZE] for group in range(3)], 1)
-    plain = MLP(subset(stack.online, "values."))(torch.cat((weighed, options), 1))
-    np.testing.assert_allclose(network(states, options), plain, rtol=1e-4, atol=1e-5)
-
-
-@pytest.mark.parametrize("attended", ["state", "linear"])
-def test_attention_weighs_the_state_elements_of_the_option(attended: str) -> None:
-    stack, network = make(attention=True, attended=attended)
-    states, options = batch()
-    weights = network.attention(states, options)
-    assert weights.shape == states.shape
-    assert (weights > 0).all()
-    np.testing.assert_allclose(weights.sum(1), 1.0, rtol=1e-5)
-    assert (weights - network.attention(states, 1 - options)).abs().max() > 1e-3
-    for e in range(len(SEEDS)):
-        leaves = plain_networks.leaves(stack.online, e)
-        expected = plain_networks.attention(
-            leaves, plain_networks.rows(states, e), plain_networks.rows(options, e)
-        ).detach()
-        np.testing.assert_allclose(weights[e].T, expected, atol=1e-6)
-
-
-def test_without_attention_every_element_weighs_the_same() -> None:
-    _, network = make(attention=False)
-    states, options = batch()
-    assert torch.equal(network.attention(states, options), torch.full_like(states, 1 / SIZE))
 
 
 def test_uniform_attention_leaves_the_state_as_it_is() -> None:
@@ -172,29 +128,3 @@ def test_a_masked_option_is_never_the_best() -> None:
     values = torch.tensor([[[5.0], [-3.0]]])
     assert (values + mask_penalty((True, True))).argmax(1).item() == 0
     assert (values + mask_penalty((False, True))).argmax(1).item() == 1
-
-
-@pytest.mark.parametrize("name", METHODS)
-def test_levels_of_the_methods(name: str) -> None:
-    method = replace(METHODS[name], config=replace(METHODS[name].config, hidden=(7,)))
-    features = SIZE * (1 + len(method.config.memory))
-    expected: Shapes = {}
-    if "option" in method.levels:
-        expected |= {f"option.{key}": shape for key, shape in mlp_shapes(features, 7, 2).items()}
-    if "action" in method.levels and method.hierarchical:
-        layers = mlp_shapes(features + 2, 7, 6)
-        expected |= {f"action.values.{key}": shape for key, shape in layers.items()}
-    elif "action" in method.levels:
-        expected |= {f"action.{key}": shape for key, shape in mlp_shapes(features, 7, 6).items()}
-    if method.attention:
-        expected["action.attention.state.weight"] = (SIZE, SIZE)
-        expected["action.attention.state.bias"] = (1, SIZE)
-        expected["action.attention.option.weight"] = (2, SIZE)
-    assert list(method_shapes(method, 6).items()) == list(expected.items())
-
-
-def test_a_frozen_follower_brings_its_own_shapes() -> None:
-    follower = method_shapes(METHODS["follow-only"], 6)
-    frozen = frozen_shapes(METHODS["option-only"], 6)
-    assert frozen == {f"ffv.{name}": shape for name, shape in follower.items()}
-    assert not frozen_shapes(METHODS["hybrid-hrl"], 6)

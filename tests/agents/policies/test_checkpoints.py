@@ -10,12 +10,13 @@ import pytest
 import torch
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from safetensors.torch import save_file
+from numpy.typing import NDArray
+from safetensors.numpy import save_file
 
 from hhrl_agents import METHODS
 from hhrl_agents.atomic_files import OutputError
+from hhrl_agents.networks.architectures import method_shapes
 from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.checkpoint_file import SHIPPED, CheckpointError, read_metadata
 from hhrl_agents.policies.checkpoints import frozen_parameters
@@ -30,7 +31,7 @@ MAIN = get_scenario("stop-line-v0")
 def agent_of(name: str, seed: int = 4) -> LearnedAgent:
     method, streams = METHODS[name], generators([seed], Purpose.INITIALISATION)
     stack = ParameterStack(method_shapes(method, MAIN.num_actions), streams, torch.device("cpu"))
-    parameters = stack.snapshot(0) | frozen_parameters(method)
+    parameters = {**stack.snapshot(0), **frozen_parameters(method)}
     return make_agent(method, MAIN, parameters, agent_metadata(method, MAIN, seed, 1_000))
 
 
@@ -46,7 +47,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return made.read_bytes()
 
 
-def rewrite(path: Path, parameters: dict[str, torch.Tensor], **metadata: Any) -> None:
+def rewrite(path: Path, parameters: dict[str, NDArray[np.floating]], **metadata: Any) -> None:
     """Write the checkpoint of a hybrid-hrl agent with other parameters or metadata; None takes an entry out."""
     agent = agent_of("hybrid-hrl")
     entries = {**agent.metadata, "format_version": 1, **metadata}
@@ -64,7 +65,7 @@ def test_an_agent_comes_back_as_it_was(name: str, path: Path) -> None:
     assert {key: loaded.metadata[key] for key in agent.metadata} == agent.metadata
     assert loaded.metadata["validation"] == {"success": 0.9}
     assert loaded.parameters.keys() == agent.parameters.keys()
-    assert all(torch.equal(loaded.parameters[key], value) for key, value in agent.parameters.items())
+    assert all(np.array_equal(loaded.parameters[key], value) for key, value in agent.parameters.items())
     observations = np.random.default_rng(0).normal(size=(50, SIZE)).astype(np.float32)
     for ours, theirs in zip(agent.act(observations), loaded.act(observations), strict=True):
         np.testing.assert_array_equal(ours, theirs)
@@ -122,12 +123,12 @@ def test_a_damaged_header_never_gives_another_error(path: Path, whole: bytes, se
 
 @pytest.mark.parametrize("header", ["", "[1, 2]", "3", '"text"', "{}"])
 def test_metadata_that_are_no_object_are_refused(path: Path, header: str) -> None:
-    save_file({"weight": torch.zeros(3)}, path, {"hhrl-checkpoint": header})
+    save_file({"weight": np.zeros(3, np.float32)}, path, {"hhrl-checkpoint": header})
     refused(path)
 
 
 def test_a_foreign_safetensors_file_is_refused(path: Path) -> None:
-    save_file({"weight": torch.zeros(3)}, path)
+    save_file({"weight": np.zeros(3, np.float32)}, path)
     assert "none that this package has written" in refused(path)
 
 
@@ -154,12 +155,12 @@ def test_other_metadata_are_refused(path: Path, metadata: dict[str, Any], compla
 @pytest.mark.parametrize(
     "parameters",
     [
-        {"more": torch.zeros(1)},
-        {"action.values.0.weight": torch.zeros(1, 2, 2)},
-        {"action.values.0.weight": torch.zeros(2, 13, 64)},
+        {"more": np.zeros(1, np.float32)},
+        {"action.values.0.weight": np.zeros((1, 2, 2), np.float32)},
+        {"action.values.0.weight": np.zeros((2, 13, 64), np.float32)},
     ],
 )
-def test_other_shapes_are_refused(path: Path, parameters: dict[str, torch.Tensor]) -> None:
+def test_other_shapes_are_refused(path: Path, parameters: dict[str, NDArray[np.floating]]) -> None:
     rewrite(path, parameters)
     assert "names or shapes" in refused(path)
 
@@ -167,12 +168,12 @@ def test_other_shapes_are_refused(path: Path, parameters: dict[str, torch.Tensor
 @pytest.mark.parametrize(
     "values",
     [
-        torch.full((1, 64, 64), torch.nan),
-        torch.full((1, 64, 64), torch.inf),
-        torch.zeros(1, 64, 64, dtype=torch.float64),
+        np.full((1, 64, 64), np.nan, np.float32),
+        np.full((1, 64, 64), np.inf, np.float32),
+        np.zeros((1, 64, 64), np.float64),
     ],
 )
-def test_other_numbers_are_refused(path: Path, values: torch.Tensor) -> None:
+def test_other_numbers_are_refused(path: Path, values: NDArray[np.floating]) -> None:
     rewrite(path, {"action.values.1.weight": values})
     assert "finite float32" in refused(path)
 
@@ -204,9 +205,27 @@ def test_metadata_of_what_is_no_checkpoint_are_refused(path: Path, whole: bytes,
 
 @pytest.mark.parametrize("header", ["", "3", '"text"', "[" * 100_000])
 def test_metadata_that_cannot_be_read_are_refused(path: Path, header: str) -> None:
-    save_file({"weight": torch.zeros(3)}, path, {"hhrl-checkpoint": header})
+    save_file({"weight": np.zeros(3, np.float32)}, path, {"hhrl-checkpoint": header})
     with pytest.raises(CheckpointError, match="its metadata are no JSON object"):
         read_metadata(path)
+
+
+ACT_ALL = """
+import sys
+sys.modules["torch"] = None
+import numpy as np
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.policies.checkpoint_file import SHIPPED
+for path in sorted(SHIPPED.rglob("*.safetensors")):
+    agent = checkpoints.load(path)
+    decision = agent.act(np.random.default_rng(0).normal(size=(3, 11)).astype(np.float32))
+    print(path.stem, agent.method.id, *decision.action)
+"""
+
+
+def test_every_shipped_policy_acts_without_torch() -> None:
+    done = subprocess.run([sys.executable, "-c", ACT_ALL], capture_output=True, text=True, check=True)
+    assert len(done.stdout.splitlines()) == len(list(SHIPPED.rglob("*.safetensors"))) > 10
 
 
 def test_metadata_are_read_without_torch() -> None:

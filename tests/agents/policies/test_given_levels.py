@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from hhrl_agents import METHODS, RULES
 from hhrl_agents.algorithms.td_errors import Algorithm, LevelErrors, make_algorithm
+from hhrl_agents.networks.architectures import method_shapes
 from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.networks.value_networks import method_shapes
 from hhrl_agents.policies import checkpoint_file, checkpoints
 from hhrl_agents.policies.checkpoints import frozen_parameters
 from hhrl_agents.policies.learned_agent import HierarchicalLearnedAgent, make_agent

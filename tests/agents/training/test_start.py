@@ -1,24 +1,24 @@
 """Where a training begins: parameters taken over, levels that stay fixed, and starts that do not fit."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
-from torch import Tensor
 
 from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
 from hhrl_agents.methods.method import Method
+from hhrl_agents.networks.architectures import Parameters
 from hhrl_agents.training.learner import NOTHING, Start, make_learner
 from hhrl_envs import InputError, get_scenario
+from hhrl_envs.arrays import Floats32
 from support.configs import small_methods
 from support.small_training import CONFIG
 
 MAIN, TARGET = get_scenario("stop-line-v0"), get_scenario("two-stops-v0")
 SEEDS = (3, 5)
 METHODS = small_methods({**CONFIG, "report_every": 100})
-Parameters = list[dict[str, Tensor]]
+Taken = list[dict[str, Floats32]]
 
 
 def learner_of(method: Method, start: Start = NOTHING) -> DoubleDQNLearner:
@@ -28,23 +28,23 @@ def learner_of(method: Method, start: Start = NOTHING) -> DoubleDQNLearner:
     return learner
 
 
-def trained(method: Method, start: Start = NOTHING) -> Parameters:
+def trained(method: Method, start: Start = NOTHING) -> Taken:
     learner = learner_of(method, start)
     list(learner.train(400))
     assert learner.updates > 0
     return parameters_of(learner)
 
 
-def parameters_of(learner: DoubleDQNLearner) -> Parameters:
+def parameters_of(learner: DoubleDQNLearner) -> Taken:
     return [policy.parameters for policy in learner.policies()]
 
 
-def level(parameters: Mapping[str, Tensor], name: str) -> dict[str, Tensor]:
+def level(parameters: Parameters, name: str) -> dict[str, Floats32]:
     return {key: value for key, value in parameters.items() if key.startswith(f"{name}.")}
 
 
-def equal(one: Mapping[str, Tensor], other: Mapping[str, Tensor]) -> bool:
-    return one.keys() == other.keys() and all(torch.equal(value, other[name]) for name, value in one.items())
+def equal(one: Parameters, other: Parameters) -> bool:
+    return one.keys() == other.keys() and all(np.array_equal(value, other[name]) for name, value in one.items())
 
 
 @pytest.mark.parametrize("name", ["ddqn", "hrl-0", "hybrid-hrl", "hybrid-hrl-plus"])
