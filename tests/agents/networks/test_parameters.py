@@ -1,83 +1,112 @@
+"""The parameters of a seed: how they begin, where they lie, how targets follow, and Adam's steps."""
+
 import numpy as np
 import pytest
 import torch
+from numba import njit
 
-from hhrl_agents.networks.architectures import Architecture
-from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.networks.architectures import Architecture, Attended
+from hhrl_agents.networks.parameters import TINY, Adam, Memory, ParameterSet, advance_powers, descend
+from hhrl_agents.seeding import Purpose, generator
+from hhrl_envs.arrays import Floats32
 
-LAYERS = Architecture(11, (8,), 3).shapes()
-SHAPES = {f"{level}.{name}": shape for level in ("option", "action") for name, shape in LAYERS.items()}
-
-
-def stack_of(*seeds: int) -> ParameterStack:
-    return ParameterStack(SHAPES, generators(seeds, Purpose.INITIALISATION), torch.device("cpu"))
-
-
-def test_a_seed_starts_the_same_whoever_is_stacked_with_it() -> None:
-    alone, stacked = stack_of(4), stack_of(9, 4)
-    for name in SHAPES:
-        assert torch.equal(alone.online[name][0], stacked.online[name][1])
-        assert not name.endswith("weight") or not torch.equal(stacked.online[name][0], stacked.online[name][1])
+NETWORKS = {
+    "option": Architecture(11, (8, 7), 2),
+    "action": Architecture(11, (8, 7), 6, reads_option=True, attended=Attended.STATE),
+}
 
 
-def test_weights_start_within_their_bound_and_biases_at_zero() -> None:
-    stack = stack_of(0, 1, 2)
-    for name, (fan_in, _) in SHAPES.items():
-        largest = stack.online[name].abs().max().item()
-        assert largest == 0.0 if name.endswith("bias") else 0.5 < largest * np.sqrt(fan_in) <= 1.0
+def parameters(seed: int = 0) -> ParameterSet:
+    return ParameterSet(NETWORKS, generator(seed, Purpose.INITIALISATION))
 
 
-def test_views_are_the_flat_memory_in_the_order_of_the_shapes() -> None:
-    stack = stack_of(0, 1)
-    for flat, views in ((stack.flat, stack.online), (stack.gradient, stack.gradients)):
-        flat.copy_(torch.arange(flat.numel()).view_as(flat))
-        assert list(views) == list(SHAPES)
-        for e in range(2):
-            joined = torch.cat([view[e].flatten() for view in views.values()])
-            assert torch.equal(joined, flat[e])
-        assert all(view.shape == (2, *SHAPES[name]) for name, view in views.items())
+@njit
+def step(memory: Memory, gradient: Floats32, learning_rate: float, max_norm: float) -> None:
+    advance_powers(memory.powers)
+    descend(memory.online, gradient, memory.mean, memory.variance, memory.powers, learning_rate, max_norm)
 
 
-def test_online_and_flat_are_the_same_memory_and_the_target_is_not() -> None:
-    stack = stack_of(0, 1)
-    before = {name: value.clone() for name, value in stack.both.items()}
-    stack.flat.add_(1.0)
-    for name, value in before.items():
-        assert torch.equal(stack.online[name], stack.both[name][:2])
-        assert torch.equal(stack.both[name][:2], value[:2] + 1.0)
-        assert torch.equal(stack.both[name][2:], value[2:])
-    stack.move_target(1.0)
-    for name in before:
-        assert torch.equal(stack.both[name][2:], stack.online[name])
+def test_weights_are_uniform_by_their_fan_in_and_biases_zero() -> None:
+    for name, value in parameters().snapshot().items():
+        if name.endswith("bias"):
+            assert not value.any()
+        else:
+            bound = value.shape[1] ** -0.5
+            assert 0.5 * bound < np.abs(value).max() <= bound
 
 
-def test_a_target_moves_by_its_rate() -> None:
-    stack = stack_of(0, 1)
-    stack.flat.add_(1.0)
-    expected = 0.9 * stack.flat_target + 0.1 * stack.flat
-    stack.move_target(0.1)
-    np.testing.assert_allclose(stack.flat_target, expected, rtol=1e-6, atol=1e-7)
-    assert (stack.flat - stack.flat_target).mean().item() == pytest.approx(0.9, rel=1e-5)
+def test_a_seed_alone_decides_how_they_begin() -> None:
+    assert np.array_equal(parameters(3).online, parameters(3).online)
+    assert not np.array_equal(parameters(3).online, parameters(4).online)
 
 
-def test_a_part_holds_the_parameters_of_its_name_and_no_others() -> None:
-    stack = stack_of(0, 1)
-    option, action = stack.part("option."), stack.part("action.")
-    assert (option.start, option.stop, action.stop) == (0, action.start, stack.flat.shape[1])
-    stack.flat[:, action] = 7.0
-    for name, value in stack.online.items():
-        assert (value == 7.0).all() == name.startswith("action.")
+def test_a_level_has_its_part() -> None:
+    made = parameters()
+    first, last = made.parts["action"]
+    assert made.parts["option"] == (0, first)
+    assert last == len(made.online)
+    made.online[first:last] = 7.0
+    assert all((value == 7.0).all() == name.startswith("action.") for name, value in made.snapshot().items())
 
 
-def test_a_snapshot_keeps_what_was() -> None:
-    stack = stack_of(3, 6)
-    taken = stack.snapshot(1)
-    before = {name: value[1:].clone() for name, value in stack.online.items()}
-    stack.flat.add_(1.0)
-    assert taken.keys() == SHAPES.keys()
-    for name, value in taken.items():
-        np.testing.assert_array_equal(value, before[name])
-        assert value.dtype == np.float32
-        assert value.flags.c_contiguous
-        assert value.flags.owndata
+def test_what_is_taken_over_is_online_and_target() -> None:
+    made, other = parameters(), parameters(1).snapshot()
+    made.take_over({name: value for name, value in other.items() if name.startswith("option.")})
+    assert np.array_equal(made.online, made.target)
+    for name, value in made.snapshot().items():
+        assert np.array_equal(value, other[name]) == (name.startswith("option.") or name.endswith("bias"))
+
+
+@pytest.mark.parametrize("rate", [1.0, 0.25])
+def test_a_target_moves_by_its_share(rate: float) -> None:
+    made = parameters()
+    made.online += np.float32(1.0)
+    before = made.target.copy()
+    made.move_target(rate)
+    np.testing.assert_allclose(made.target, before + rate * (made.online - before), rtol=1e-6)
+    assert np.array_equal(made.target, made.online) == (rate == 1.0)
+
+
+def test_a_snapshot_does_not_change_later() -> None:
+    made = parameters()
+    snapshot = made.snapshot()
+    kept = {name: value.copy() for name, value in snapshot.items()}
+    made.online[:] = 0.0
+    assert all(np.array_equal(value, kept[name]) for name, value in snapshot.items())
+
+
+@pytest.mark.parametrize("size", [5, 16, 1000])
+def test_steps_are_those_of_torch(size: int) -> None:
+    rng = np.random.default_rng(size)
+    online = rng.normal(size=size).astype(np.float32)
+    theirs = torch.nn.Parameter(torch.from_numpy(online.copy()))
+    optimiser, adam = torch.optim.Adam([theirs], betas=(0.9, 0.999), eps=1e-8), Adam(size)
+    memory = Memory(online, online.copy(), adam.gradient, adam.mean, adam.variance, adam.powers)
+    for count in range(100):
+        gradient = (rng.normal(size=size) * 10.0 ** rng.integers(-3, 2)).astype(np.float32)
+        theirs.grad = torch.from_numpy(gradient.copy())
+        torch.nn.utils.clip_grad_norm_([theirs], 2.0)
+        optimiser.param_groups[0]["lr"] = rate = 1e-2 / (1 + count)
+        optimiser.step()
+        step(memory, gradient, rate, 2.0)
+    np.testing.assert_allclose(online, theirs.detach().numpy(), rtol=1e-4, atol=1e-6)
+
+
+def test_tiny_averages_are_zero() -> None:
+    adam, online = Adam(3), np.ones(3, np.float32)
+    adam.mean[:] = adam.variance[:] = TINY
+    memory = Memory(online, online.copy(), adam.gradient, adam.mean, adam.variance, adam.powers)
+    step(memory, np.zeros(3, np.float32), 1e-3, 1.0)
+    assert not adam.mean.any()
+    assert not adam.variance.any()
+
+
+def test_a_state_goes_on() -> None:
+    adam, made = Adam(4), parameters()
+    adam.mean[:], adam.powers[:] = 2.0, 0.5
+    fresh, others = Adam(4), parameters(1)
+    fresh.restore(adam.state())
+    others.restore(made.state())
+    assert (fresh.mean == 2.0).all()
+    assert (fresh.powers == 0.5).all()
+    assert np.array_equal(others.online, made.online)
