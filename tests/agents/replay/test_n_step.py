@@ -9,7 +9,7 @@ from hhrl_envs.arrays import Flags
 from hhrl_envs.observation import SIZE
 
 GAMMA = 0.9
-STEPS, SEEDS, N_ENVS = 40, 2, 3
+STEPS, N_ENVS = 40, 6
 RUNNING, TERMINAL, TRUNCATED = range(3)
 
 
@@ -20,16 +20,16 @@ class Episodes(NamedTuple):
     ended: list[Flags]
 
 
-def episodes(rng: np.random.Generator, ends: np.ndarray[tuple[int, int, int], np.dtype[np.int64]]) -> Episodes:
-    """Random steps, [time, seed, env], that end as `ends` says; the state after one is not the next one's."""
+def episodes(rng: np.random.Generator, ends: np.ndarray[tuple[int, int], np.dtype[np.int64]]) -> Episodes:
+    """Random steps, [time, env], that end as `ends` says; the state after one is not the next one's."""
     made = [
         Transitions(
-            rng.random((SEEDS, N_ENVS, SIZE)).astype(np.float32),
-            rng.integers(0, 2, (SEEDS, N_ENVS)),
-            rng.integers(0, 6, (SEEDS, N_ENVS)),
-            rng.normal(size=(SEEDS, N_ENVS, 2)),
+            rng.random((N_ENVS, SIZE)).astype(np.float32),
+            rng.integers(0, 2, N_ENVS),
+            rng.integers(0, 6, N_ENVS),
+            rng.normal(size=(N_ENVS, 2)),
             np.where(end == TERMINAL, 0.0, GAMMA),
-            rng.random((SEEDS, N_ENVS, SIZE)).astype(np.float32),
+            rng.random((N_ENVS, SIZE)).astype(np.float32),
         )
         for end in ends
     ]
@@ -38,7 +38,7 @@ def episodes(rng: np.random.Generator, ends: np.ndarray[tuple[int, int, int], np
 
 def assert_joined(joined: Transitions, played: Episodes, begin: int, n_steps: int) -> None:
     """Every environment's transition is what one loop over its own steps from `begin` on gives."""
-    for at in np.ndindex(SEEDS, N_ENVS):
+    for at in range(N_ENVS):
         reward, discount, now = np.zeros(2), np.float64(1.0), begin
         while True:
             reward = reward + discount * played.steps[now].rewards[at]
@@ -59,7 +59,7 @@ def assert_joined(joined: Transitions, played: Episodes, begin: int, n_steps: in
 @pytest.mark.parametrize("chance", [0.0, 0.15, 0.6])
 def test_returns_are_those_of_a_plain_loop(n_steps: int, chance: float) -> None:
     rng = np.random.default_rng(n_steps)
-    ends = rng.choice([RUNNING, TERMINAL, TRUNCATED], (STEPS, SEEDS, N_ENVS), p=[1 - chance, chance / 2, chance / 2])
+    ends = rng.choice([RUNNING, TERMINAL, TRUNCATED], (STEPS, N_ENVS), p=[1 - chance, chance / 2, chance / 2])
     played, window = episodes(rng, ends), MultiStep(n_steps)
     for now, (step, ended) in enumerate(zip(*played, strict=True)):
         joined = window.push(step, ended)
@@ -71,13 +71,13 @@ def test_returns_are_those_of_a_plain_loop(n_steps: int, chance: float) -> None:
 
 
 def test_one_step_is_the_step_itself() -> None:
-    played = episodes(np.random.default_rng(0), np.full((1, SEEDS, N_ENVS), RUNNING))
+    played = episodes(np.random.default_rng(0), np.full((1, N_ENVS), RUNNING))
     assert MultiStep(1).push(played.steps[0], played.ended[0]) is played.steps[0]
 
 
 @pytest.mark.parametrize(("end", "discount"), [(TERMINAL, 0.0), (TRUNCATED, GAMMA**2)])
 def test_an_end_in_the_middle_stops_reward_and_state(end: int, discount: float) -> None:
-    ends = np.full((4, SEEDS, N_ENVS), RUNNING)
+    ends = np.full((4, N_ENVS), RUNNING)
     ends[1] = end
     played, window = episodes(np.random.default_rng(0), ends), MultiStep(4)
     joined = [window.push(step, ended) for step, ended in zip(*played, strict=True)][-1]

@@ -4,16 +4,51 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from hhrl_agents.replay import sum_tree
 from hhrl_agents.replay.sum_tree import FAN_OUT, SumTrees
-from hhrl_envs.arrays import Floats
+from hhrl_envs.arrays import Floats, Ints
+from hhrl_envs.simulation.engine.compilation import kernel
+
+_assign, _find = sum_tree.assign, sum_tree.find
 
 SIZES = pytest.mark.parametrize("leaves", [8, 9, 64, 65, 1000])
 ABOVE = np.nextafter(1.0, 0.0)
 
 
+@kernel
+def assign_in(nodes: Floats, starts: Ints, indices: Ints, priorities: Floats) -> None:
+    _assign(nodes, starts, indices, priorities)
+
+
+@kernel
+def find_in(nodes: Floats, starts: Ints, shares: Floats) -> Ints:
+    return _find(nodes, starts, shares)
+
+
+def assign(trees: SumTrees, indices: list[int], priorities: list[list[float]]) -> None:
+    """Set the priorities [T, K] of the leaves [K]."""
+    assign_in(trees.nodes, trees.starts, np.array(indices), np.array(priorities))
+
+
+def find(trees: SumTrees, shares: Floats) -> Ints:
+    """The leaves of a single tree at these shares, [K]."""
+    found: Ints = find_in(trees.nodes, trees.starts, shares[None])[0]
+    return found
+
+
+def priorities_of(trees: SumTrees, leaves: int) -> Floats:
+    first = trees.starts[-1]
+    return trees.nodes[:, first : first + leaves]
+
+
+def totals(trees: SumTrees) -> Floats:
+    sums: Floats = trees.nodes[:, :FAN_OUT].sum(axis=1)
+    return sums
+
+
 def tree_of(priorities: Floats) -> SumTrees:
     trees = SumTrees(1, priorities.size)
-    trees.assign(np.arange(priorities.size)[None], priorities[None])
+    assign(trees, list(range(priorities.size)), [priorities.tolist()])
     return trees
 
 
@@ -47,12 +82,12 @@ def test_every_node_is_the_sum_of_its_children(data: st.DataObject, leaves: int)
     trees, kept = SumTrees(1, leaves), np.zeros(leaves)
     for changes in calls:
         indices, priorities = zip(*changes, strict=True)
-        trees.assign(np.array([indices]), np.array([priorities]))
+        assign(trees, list(indices), [list(priorities)])
         for index, priority in changes:
             kept[index] = priority
     assert_sums(trees, leaves)
-    np.testing.assert_array_equal(trees.priorities(np.arange(leaves)[None])[0], kept)
-    np.testing.assert_allclose(trees.totals, [kept.sum()], rtol=1e-12)
+    np.testing.assert_array_equal(priorities_of(trees, leaves)[0], kept)
+    np.testing.assert_allclose(totals(trees), [kept.sum()], rtol=1e-12)
 
 
 @settings(deadline=None)
@@ -61,7 +96,7 @@ def test_every_node_is_the_sum_of_its_children(data: st.DataObject, leaves: int)
     st.floats(0, 1, exclude_max=True),
 )
 def test_a_share_finds_the_leaf_that_covers_it(priorities: list[float], share: float) -> None:
-    found = int(tree_of(np.array(priorities)).find(np.array([[share]]))[0, 0])
+    found = int(find(tree_of(np.array(priorities)), np.array([share]))[0])
     assert priorities[found] > 0
     ends = np.cumsum(priorities) / sum(priorities)
     starts = ends - np.array(priorities) / sum(priorities)
@@ -71,8 +106,8 @@ def test_a_share_finds_the_leaf_that_covers_it(priorities: list[float], share: f
 @SIZES
 def test_leaves_are_drawn_with_their_exact_chances(leaves: int) -> None:
     priorities = some_priorities(leaves)
-    shares = np.random.default_rng(5).random((1, 200_000))
-    counts = np.bincount(tree_of(priorities).find(shares)[0], minlength=leaves)
+    shares = np.random.default_rng(5).random(200_000)
+    counts = np.bincount(find(tree_of(priorities), shares), minlength=leaves)
     held = priorities > 0
     assert len(counts) == leaves
     assert not counts[~held].any()
@@ -83,7 +118,7 @@ def test_leaves_are_drawn_with_their_exact_chances(leaves: int) -> None:
 @SIZES
 def test_the_lowest_and_the_highest_share_find_the_first_and_the_last_priority(leaves: int) -> None:
     priorities = some_priorities(leaves)
-    found = tree_of(priorities).find(np.array([[0.0, np.finfo(float).tiny, ABOVE, 1.0]]))[0]
+    found = find(tree_of(priorities), np.array([0.0, np.finfo(float).tiny, ABOVE, 1.0]))
     first, last = np.flatnonzero(priorities)[[0, -1]]
     assert list(found) == [first, first, last, last]
 
@@ -93,35 +128,38 @@ def test_the_ends_of_leaves_never_find_a_zero(leaves: int) -> None:
     priorities = some_priorities(leaves)
     ends = np.cumsum(priorities) / priorities.sum()
     shares = np.concatenate((ends, np.nextafter(ends, 0.0), np.nextafter(ends, 2.0))).clip(0.0, ABOVE)
-    assert (priorities[tree_of(priorities).find(shares[None])[0]] > 0).all()
+    assert (priorities[find(tree_of(priorities), shares)] > 0).all()
 
 
 @SIZES
 def test_a_single_priority_is_always_found(leaves: int) -> None:
-    shares = np.array([[0.0, 0.3, 0.999, ABOVE]])
+    shares = np.array([0.0, 0.3, 0.999, ABOVE])
     for only in {0, leaves // 2, leaves - 1}:
         for priority in (1e-12, 1.0, 1e12):
             priorities = np.zeros(leaves)
             priorities[only] = priority
-            assert (tree_of(priorities).find(shares) == only).all()
+            assert (find(tree_of(priorities), shares) == only).all()
 
 
 def test_of_an_index_twice_the_last_priority_counts() -> None:
     trees = SumTrees(1, 9)
-    trees.assign(np.array([[8, 8]]), np.array([[3.0, 2.0]]))
-    assert trees.totals.tolist() == [2.0]
+    assign(trees, [8, 8], [[3.0, 2.0]])
+    assert totals(trees).tolist() == [2.0]
     assert_sums(trees, 9)
 
 
+@SIZES
+def test_no_index_changes_nothing(leaves: int) -> None:
+    trees = tree_of(some_priorities(leaves))
+    before = trees.nodes.copy()
+    assign(trees, [-1, -1], [[7.0, 9.0]])
+    np.testing.assert_array_equal(trees.nodes, before)
+
+
 def test_trees_do_not_touch_each_other() -> None:
-    trees = SumTrees(3, 8)
-    trees.assign(np.array([[1, 2], [3, 3], [0, 7]]), np.array([[1.0, 3.0], [5.0, 6.0], [0.0, 2.0]]))
-    np.testing.assert_array_equal(trees.totals, [4.0, 6.0, 2.0])
-    np.testing.assert_array_equal(trees.find(np.full((3, 2), 0.5)), [[2, 2], [3, 3], [7, 7]])
-
-
-def test_one_row_serves_all_trees() -> None:
     trees = SumTrees(3, 70)
-    trees.assign(np.array([[5, 69]]), np.array([[1.0], [2.0], [4.0]]))
-    np.testing.assert_array_equal(trees.priorities(np.full((3, 1), 69)), [[1.0], [2.0], [4.0]])
-    np.testing.assert_array_equal(trees.totals, [2.0, 4.0, 8.0])
+    assign(trees, [5, 69], [[1.0, 3.0], [6.0, 2.0], [0.0, 2.0]])
+    np.testing.assert_array_equal(totals(trees), [4.0, 8.0, 2.0])
+    np.testing.assert_array_equal(priorities_of(trees, 70)[:, [5, 69]], [[1.0, 3.0], [6.0, 2.0], [0.0, 2.0]])
+    found = find_in(trees.nodes, trees.starts, np.full((3, 2), 0.5))
+    np.testing.assert_array_equal(found, [[69, 69], [5, 5], [69, 69]])
