@@ -1,4 +1,4 @@
-"""Stacked environments of several agents against a simulator that is stepped by hand."""
+"""Environments of several agents against a simulator that is stepped by hand."""
 
 from dataclasses import replace
 
@@ -11,12 +11,12 @@ from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.replay.buffer import Transitions
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
-from hhrl_agents.training.environments import StackedEnvironments
+from hhrl_agents.training.environments import Environments
 from hhrl_envs import InputError, Outcome, Simulator, get_scenario
 from hhrl_envs.arrays import Flags
 from hhrl_envs.simulation.rewards import TIMEOUT, UNSMOOTH
 
-N_ENVS, SEEDS, STEPS = 6, 2, 700
+N_ENVS, STEPS = 12, 700
 SLOTS = {"platoon-v0": (0, 1, 2, 3), "adversary-v0": (1,)}
 EACH_SCENARIO = pytest.mark.parametrize("scenario", SLOTS)
 
@@ -32,18 +32,17 @@ def drivers_of(scenario: str) -> Drivers:
     return Drivers(SLOTS[scenario], {0: RULES["rule-plus"](get_scenario(scenario))})
 
 
-def made(scenario: str) -> StackedEnvironments:
-    worlds = np.arange(SEEDS * N_ENVS, dtype=np.uint64).reshape(SEEDS, N_ENVS)
-    return StackedEnvironments(method(), get_scenario(scenario), SEEDS, worlds, drivers_of(scenario))
+def made(scenario: str) -> Environments:
+    return Environments(method(), get_scenario(scenario), np.arange(N_ENVS, dtype=np.uint64), drivers_of(scenario))
 
 
-def driven(environments: StackedEnvironments, steps: int = STEPS) -> list[tuple[Transitions, Flags]]:
+def driven(environments: Environments, steps: int = STEPS) -> list[tuple[Transitions, Flags]]:
     """Steps in which every vehicle drives at random, but for a brake now and then that lets some of them stop."""
     rng, played = np.random.default_rng(1), []
     for _ in range(steps):
         state = environments.features
-        near = state[..., 9] * 64 < 4.0
-        crowded = state[..., 6] * 64 < 2.0
+        near = state[:, 9] * 64 < 4.0
+        crowded = state[:, 6] * 64 < 2.0
         wild = rng.integers(0, 6, near.shape)
         careful = np.where(near | crowded, 1, 4)
         actions = np.where(rng.random(near.shape) < 0.15, wild, careful)
@@ -54,7 +53,7 @@ def driven(environments: StackedEnvironments, steps: int = STEPS) -> list[tuple[
 @EACH_SCENARIO
 def test_transitions_are_those_of_the_worlds_driven_by_hand(scenario: str) -> None:
     environments, slots = made(scenario), SLOTS[scenario]
-    config, drivers, rows = method().config, drivers_of(scenario), SEEDS * N_ENVS
+    config, drivers, rows = method().config, drivers_of(scenario), N_ENVS
     simulator = Simulator(scenario, rows, learned_fronts=1 if scenario == "adversary-v0" else 3)
     simulator.reset(np.arange(rows))
     traces = [Traces(config.memory) for _ in slots]
@@ -98,24 +97,23 @@ def test_every_vehicle_s_episode_is_counted_once(scenario: str) -> None:
     played = driven(environments)
     running = np.stack([step.actions != NO_ACTION for step, _ in played])
     ended = np.stack([over for _, over in played]) & running
-    np.testing.assert_array_equal(environments.outcome_counts.sum(axis=1), ended.sum(axis=(0, 2)))
+    np.testing.assert_array_equal(environments.outcome_counts.sum(), ended.sum())
     assert environments.outcome_counts.sum() > 2 * environments.width
     environments.clear_counts()
     assert not environments.outcome_counts.any()
 
 
-def test_a_seed_steps_the_same_alone() -> None:
-    together = made("platoon-v0")
-    worlds = np.arange(N_ENVS, 2 * N_ENVS, dtype=np.uint64)[None]
-    alone = StackedEnvironments(method(), get_scenario("platoon-v0"), 1, worlds, drivers_of("platoon-v0"))
-    for _ in range(200):
-        actions = np.random.default_rng(0).integers(2, 6, (SEEDS, together.width))
-        ours, theirs = together.step(actions, actions)[0], alone.step(actions[1:], actions[1:])[0]
-        for field in Transitions._fields:
-            np.testing.assert_array_equal(getattr(ours, field)[1], getattr(theirs, field)[0])
+def test_environments_step_the_same_beside_others() -> None:
+    alone, beside, other = (made("platoon-v0") for _ in range(3))
+    rng = np.random.default_rng(0)
+    choices = rng.integers(2, 6, (200, 2, alone.width))
+    expected = [alone.step(actions, actions)[0] for actions, _ in choices]
+    for (actions, others), step in zip(choices, expected, strict=True):
+        other.step(others, others)
+        for part, same in zip(beside.step(actions, actions)[0], step, strict=True):
+            np.testing.assert_array_equal(part, same)
 
 
 def test_worlds_of_another_shape_are_refused() -> None:
-    worlds = np.zeros((1, 4), np.uint64)
-    with pytest.raises(InputError, match=r"world_seeds have shape \(1, 4\); write \(2, 6\)"):
-        StackedEnvironments(method(), get_scenario("stop-line-v0"), SEEDS, worlds, EGO_ALONE)
+    with pytest.raises(InputError, match=r"world_seeds have shape \(1, 4\); write \(12,\)"):
+        Environments(method(), get_scenario("stop-line-v0"), np.zeros((1, 4), np.uint64), EGO_ALONE)
