@@ -1,3 +1,3 @@
-import torch
+import os
 
-torch.set_num_threads(1)
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # of torch, where something imports it
