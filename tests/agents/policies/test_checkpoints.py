@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -15,13 +14,13 @@ from safetensors.numpy import save_file
 
 from hhrl_agents import METHODS
 from hhrl_agents.atomic_files import OutputError
-from hhrl_agents.networks.architectures import method_shapes
-from hhrl_agents.networks.parameters import ParameterStack
+from hhrl_agents.networks.architectures import architectures
+from hhrl_agents.networks.parameters import ParameterSet
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.checkpoint_file import SHIPPED, CheckpointError, read_metadata
 from hhrl_agents.policies.checkpoints import frozen_parameters
 from hhrl_agents.policies.learned_agent import LearnedAgent, agent_metadata, make_agent
-from hhrl_agents.seeding import Purpose, generators
+from hhrl_agents.seeding import Purpose, generator
 from hhrl_envs import get_scenario
 from hhrl_envs.observation import SIZE
 
@@ -29,9 +28,9 @@ MAIN = get_scenario("stop-line-v0")
 
 
 def agent_of(name: str, seed: int = 4) -> LearnedAgent:
-    method, streams = METHODS[name], generators([seed], Purpose.INITIALISATION)
-    stack = ParameterStack(method_shapes(method, MAIN.num_actions), streams, torch.device("cpu"))
-    parameters = {**stack.snapshot(0), **frozen_parameters(method)}
+    method = METHODS[name]
+    drawn = ParameterSet(architectures(method, MAIN.num_actions), generator(seed, Purpose.INITIALISATION))
+    parameters = {**drawn.snapshot(), **frozen_parameters(method)}
     return make_agent(method, MAIN, parameters, agent_metadata(method, MAIN, seed, 1_000))
 
 
