@@ -1,4 +1,4 @@
-"""The networks of one seed in plain torch, rows instead of columns and float64, to check what is written by hand."""
+"""The networks in plain torch, float64 and with autograd, to hold what is compiled against."""
 
 from collections.abc import Mapping
 
@@ -6,23 +6,20 @@ import torch
 from torch import Tensor
 from torch.nn.functional import layer_norm as normalised
 
+from hhrl_envs.arrays import Floats32
 from hhrl_envs.observation import D_D, SIZE
 
 Leaves = dict[str, Tensor]
 
 
-def leaves(views: Mapping[str, Tensor], seed_index: int, prefix: str = "") -> Leaves:
-    """Return one seed's parameters whose names start with `prefix`, float64 leaves that gradients can be taken by."""
-    return {
-        name.removeprefix(prefix): value[seed_index].double().clone().requires_grad_()
-        for name, value in views.items()
-        if name.startswith(prefix)
-    }
+def leaves(parameters: Mapping[str, Floats32]) -> Leaves:
+    """Return the parameters, [1, in, out] each, as float64 leaves [in, out] that gradients can be taken by."""
+    return {name: torch.from_numpy(value[0]).double().requires_grad_() for name, value in parameters.items()}
 
 
-def rows(columns: Tensor, seed_index: int) -> Tensor:
-    """Return one seed's columns [E, features, K] as float64 rows [K, features]."""
-    return columns[seed_index].double().T
+def below(parameters: Leaves, prefix: str) -> Leaves:
+    """Return the parameters whose names start with `prefix`, the prefix taken off."""
+    return {name.removeprefix(prefix): value for name, value in parameters.items() if name.startswith(prefix)}
 
 
 def gradients(loss: Tensor, parameters: Leaves) -> dict[str, Tensor]:
@@ -64,5 +61,4 @@ def action_values(
         if attended == "linear":
             states = states @ parameters["attention.state.weight"] + parameters["attention.state.bias"]
         states = SIZE * weights.repeat(1, states.shape[1] // SIZE) * states
-    values = {name.removeprefix("values."): value for name, value in parameters.items() if name.startswith("values.")}
-    return mlp(values, torch.cat((states, options), -1), layer_norm=layer_norm)
+    return mlp(below(parameters, "values."), torch.cat((states, options), -1), layer_norm=layer_norm)
