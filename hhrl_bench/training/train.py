@@ -1,8 +1,10 @@
 """Training: a learner's reports, each seed's policy validated at every report, the best one kept."""
 
 import shlex
+import sys
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from math import isfinite, isnan, nan
 from pathlib import Path
@@ -18,7 +20,7 @@ from hhrl_agents.policies.learned_agent import LearnedAgent
 from hhrl_agents.training.learner import NOTHING, Progress, make_learner, require_device
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.metrics import means, watched
-from hhrl_bench.evaluation.paired_evaluation import one_torch_thread, play, training_drivers
+from hhrl_bench.evaluation.paired_evaluation import play, training_drivers
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.seeds import format_seeds
@@ -131,10 +133,28 @@ def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Ite
     if resume and directory.finished(plan.seeds):
         directory.require_config(plan.config())
         return
-    with one_torch_thread():
+    with _one_torch_thread():
         training = _Training(plan, directory)  # what it lacks is said before anything is written
         directory.prepare(plan.config(), plan.seeds, resume=resume)
         yield from training.run(tensorboard=tensorboard)
+
+
+@contextmanager
+def _one_torch_thread() -> Iterator[None]:
+    """Let torch compute with one thread in this context: the order of a sum is then the same on every machine.
+
+    Small networks gain nothing from more. Nothing happens where torch is not loaded.
+    """
+    torch = sys.modules.get("torch")
+    if torch is None:
+        yield
+        return
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 class _Training:
