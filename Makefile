@@ -16,7 +16,7 @@ help:
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
 
-bench: .venv/installed-torch
+bench: .venv/installed
 	$(BIN)/hhrl-bench run --suite quick
 
 test: .venv/installed-dev
@@ -46,6 +46,11 @@ cluster: .venv-ray/installed-interop
 
 kills: .venv/installed-dev
 	HHRL_KILLS=20 $(BIN)/pytest tests/bench/execution/test_killed_sweeps.py
+
+.venv/installed: pyproject.toml constraints.txt
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable .
+	touch $@
 
 .venv/installed-%: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv

@@ -5,7 +5,6 @@ from hhrl_bench.analysis.levels import level_rewards, option_usage
 from hhrl_bench.analysis.records import AnalysisRecord
 from hhrl_bench.analysis.steps import record_steps
 from hhrl_bench.evaluation.loading import load_agents
-from hhrl_bench.evaluation.paired_evaluation import one_torch_thread
 from hhrl_bench.evaluation.results import task_record
 from hhrl_bench.schema import SCHEMA_VERSION
 from hhrl_bench.tasks.tasks import Task, get_task
@@ -27,20 +26,19 @@ def analyse(source: str, task: str | Task, episodes: int, episode: int = 0) -> A
     task = get_task(task)
     scenario = get_scenario(task.scenario)
     loaded = load_agents(source, scenario)[0]
-    with one_torch_thread():
-        trace = attention_over_episode(loaded.agent, task, episode)
-        steps = record_steps(loaded.agent, task, episodes)
-        return AnalysisRecord(
-            schema_version=SCHEMA_VERSION,
-            agent=source,
-            kind=loaded.kind,
-            checkpoint_sha256=loaded.sha256,
-            training=loaded.training,
-            task=task_record(task, episodes),
-            levels=tuple(map(float, scenario.vehicle.levels)),
-            episode=trace,
-            plane=attention_over_plane(loaded.agent, scenario),
-            option_usage=option_usage(steps, scenario),
-            level_rewards=level_rewards(steps),
-            attention=mean_attention(loaded.agent, steps),
-        )
+    trace = attention_over_episode(loaded.agent, task, episode)
+    steps = record_steps(loaded.agent, task, episodes)
+    return AnalysisRecord(
+        schema_version=SCHEMA_VERSION,
+        agent=source,
+        kind=loaded.kind,
+        checkpoint_sha256=loaded.sha256,
+        training=loaded.training,
+        task=task_record(task, episodes),
+        levels=tuple(map(float, scenario.vehicle.levels)),
+        episode=trace,
+        plane=attention_over_plane(loaded.agent, scenario),
+        option_usage=option_usage(steps, scenario),
+        level_rewards=level_rewards(steps),
+        attention=mean_attention(loaded.agent, steps),
+    )

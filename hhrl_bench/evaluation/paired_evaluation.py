@@ -1,17 +1,17 @@
 """Paired evaluation: episode i of a task's test set is the same world for every agent.
 
-Matrix products may differ in the last bit with the batch's shape, so an agent always sees batches of the same number of
-rows: the last batch is filled up with its last world, and those extra episodes are dropped.
+Our own agents decide the same to the last bit in any batch. Another agent's matrix products may differ in the last bit
+with the batch's shape, so it always sees batches of the same number of rows: the last batch is filled up with its last
+world, and those extra episodes are dropped.
 """
 
-import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from hhrl_agents import Agent
+from hhrl_agents.policies.learned_agent import LearnedAgent
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
 from hhrl_bench.errors import SeedError
 from hhrl_bench.evaluation import decisions, episodes
@@ -72,6 +72,8 @@ def play(
     Where the scenario has learned front vehicles the records are ``TrafficRecords``.
     """
     records, traces = [], []
+    if isinstance(agent, LearnedAgent) and drivers is EGO_ALONE:
+        rows = min(rows, len(seeds))
     for batch in batches(seeds, rows):
         rollout = Rollout(agent, scenario, batch, option, drivers)
         totals, recorder = Totals(rollout, metrics), Recorder()
@@ -99,24 +101,6 @@ def rollout_of_episode(agent: Agent, task: Task, episode: int, option: Option | 
 def batches(seeds: Keys, rows: int = BATCH_ROWS) -> Keys:
     """Return the worlds uint64 [N] as batches [., rows]; the last one is filled up with its last world."""
     return np.pad(seeds, (0, -len(seeds) % rows), mode="edge").reshape(-1, rows)
-
-
-@contextmanager
-def one_torch_thread() -> Iterator[None]:
-    """Let torch compute with one thread in this context: the order of a sum is then the same on every machine.
-
-    Small networks gain nothing from more. Nothing happens where torch is not loaded.
-    """
-    torch = sys.modules.get("torch")
-    if torch is None:
-        yield
-        return
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 _EGO, _FRONT = 0, 1

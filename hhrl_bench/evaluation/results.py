@@ -11,7 +11,7 @@ from hhrl_bench.evaluation.evidence import pack
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import Kind, LoadedAgent, load_agents
 from hhrl_bench.evaluation.metrics import METRICS, Metric, means
-from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, load_opponent, one_torch_thread, play_task
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, load_opponent, play_task
 from hhrl_bench.evaluation.records import (
     EvaluationRecord,
     MetricRecord,
@@ -69,16 +69,15 @@ def evaluate_agent(
     seeds, held = task.test.take(episodes), None if option is None else OPTIONS[option]
     records: list[EpisodeRecords] = []
     runs: list[RunRecord] = []
-    with one_torch_thread():
-        for loaded in agents:
-            try:
-                played = play_task(loaded.agent, task, seeds, held)
-            except AgentError as error:
-                raise AgentError(f"{source}: {error}") from error
-            records.append(played.records)
-            evidence = None if store is None else _keep(store, loaded, played)
-            runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))
-            update(len(runs), len(agents), f"success {runs[-1].metrics.success:.1%}")
+    for loaded in agents:
+        try:
+            played = play_task(loaded.agent, task, seeds, held)
+        except AgentError as error:
+            raise AgentError(f"{source}: {error}") from error
+        records.append(played.records)
+        evidence = None if store is None else _keep(store, loaded, played)
+        runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))
+        update(len(runs), len(agents), f"success {runs[-1].metrics.success:.1%}")
     return result_record(source, agents[0].kind, task, option, runs, records)
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from hhrl_bench.analysis.attention import attention_over_episode
 from hhrl_bench.analysis.records import EpisodeTraceRecord, shown, spoken
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
-from hhrl_bench.evaluation.paired_evaluation import one_torch_thread
 from hhrl_bench.figures import style as fig
 from hhrl_bench.figures.style import (
     LEVEL_COLOURS,
@@ -139,8 +138,7 @@ def save_episode(source: str | Path, task: str | Task, episode: int, folder: Pat
     task = get_task(task)
     scenario = get_scenario(task.scenario)
     loaded = load_agents(source, scenario)[0]
-    with one_torch_thread():
-        trace = attention_over_episode(loaded.agent, task, episode)
+    trace = attention_over_episode(loaded.agent, task, episode)
     name, seed = _name(source, loaded)
     with style(mathematics=True):
         figure = draw_episode(f"{name}{seed} on {task.id}", scenario, trace)

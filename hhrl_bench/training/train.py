@@ -22,7 +22,7 @@ from hhrl_agents.stateful import below, prefixed
 from hhrl_agents.training.learner import NOTHING, Learner, Progress, make_learner
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.metrics import means, watched
-from hhrl_bench.evaluation.paired_evaluation import one_torch_thread, play, training_drivers
+from hhrl_bench.evaluation.paired_evaluation import play, training_drivers
 from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.seeds import format_seeds
@@ -127,10 +127,9 @@ def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Ite
     if resume and directory.finished(plan.seeds):
         directory.require_config(plan.config())
         return
-    with one_torch_thread():
-        training = _Training(plan, directory)  # what it lacks is said before anything is written
-        directory.prepare(plan.config(), plan.seeds, resume=resume)
-        yield from training.run(tensorboard=tensorboard)
+    training = _Training(plan, directory)  # what it lacks is said before anything is written
+    directory.prepare(plan.config(), plan.seeds, resume=resume)
+    yield from training.run(tensorboard=tensorboard)
 
 
 class _Training:

@@ -11,7 +11,7 @@ import numpy as np
 from hhrl_bench.evaluation.decisions import Trace
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import load_agents
-from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, one_torch_thread, play_task
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, play_task
 from hhrl_bench.evaluation.records import RunRecord
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.store import Store
@@ -25,7 +25,8 @@ from hhrl_envs.arrays import Codes, Flags, Keys
 from hhrl_envs.errors import InputError
 
 SAME = 0.9
-"""The share of episodes in which an agent has to decide the same again; another machine may round differently."""
+"""The share of episodes in which an agent has to decide the same again; an agent of users may round
+differently on another machine, and entries made before networks were evaluated alike everywhere differ in a few."""
 
 
 def rerun(checked: CheckedResult) -> Iterator[Finding]:
@@ -61,8 +62,7 @@ def run_again(checked: CheckedResult, run: RunRecord, seeds: Keys) -> ScoredEpis
     result, task = checked.result, checked.task
     agent: str | Path = checked.store.checkpoint(run.checkpoint_sha256) if run.checkpoint_sha256 else result.agent
     (loaded,) = load_agents(agent, get_scenario(task.scenario))
-    with one_torch_thread():
-        return play_task(loaded.agent, task, seeds, OPTIONS[result.option] if result.option else None)
+    return play_task(loaded.agent, task, seeds, OPTIONS[result.option] if result.option else None)
 
 
 FRESH = SeedRange("fresh", TEST.start + TEST.size, 2**62)

@@ -94,13 +94,13 @@ def power(x: float, exponent: float) -> float:
 def add_product(x: Floats32, w: Floats32, out: Floats32) -> None:
     """Add x w to `out`, each sum in the order of its terms; x: [rows, terms], w: [terms, width], out: [rows, width].
 
-    Four rows by four terms a pass keep what is multiplied in registers; a row that is left over takes the same steps.
+    Four rows by four terms a pass keep what is multiplied in registers; what is left over takes the same steps.
     """
     rows, terms, width = x.shape[0], x.shape[1], w.shape[1]
     r = 0
-    while r + 4 <= rows:
-        i = 0
-        while i + 4 <= terms:
+    while r < rows:
+        i, end = 0, min(r + 4, rows)
+        while r + 4 <= rows and i + 4 <= terms:
             a00, a01, a02, a03 = x[r, i], x[r, i + 1], x[r, i + 2], x[r, i + 3]
             a10, a11, a12, a13 = x[r + 1, i], x[r + 1, i + 1], x[r + 1, i + 2], x[r + 1, i + 3]
             a20, a21, a22, a23 = x[r + 2, i], x[r + 2, i + 1], x[r + 2, i + 2], x[r + 2, i + 3]
@@ -112,21 +112,12 @@ def add_product(x: Floats32, w: Floats32, out: Floats32) -> None:
                 out[r + 2, j] = fma(a23, w3, fma(a22, w2, fma(a21, w1, fma(a20, w0, out[r + 2, j]))))
                 out[r + 3, j] = fma(a33, w3, fma(a32, w2, fma(a31, w1, fma(a30, w0, out[r + 3, j]))))
             i += 4
-        while i < terms:
-            a0, a1, a2, a3 = x[r, i], x[r + 1, i], x[r + 2, i], x[r + 3, i]
-            for j in range(width):
-                out[r, j] = fma(a0, w[i, j], out[r, j])
-                out[r + 1, j] = fma(a1, w[i, j], out[r + 1, j])
-                out[r + 2, j] = fma(a2, w[i, j], out[r + 2, j])
-                out[r + 3, j] = fma(a3, w[i, j], out[r + 3, j])
-            i += 1
-        r += 4
-    while r < rows:
-        for i in range(terms):
-            a = x[r, i]
-            for j in range(width):
-                out[r, j] = fma(a, w[i, j], out[r, j])
-        r += 1
+        for left in range(r, end):
+            for term in range(i, terms):
+                a = x[left, term]
+                for j in range(width):
+                    out[left, j] = fma(a, w[term, j], out[left, j])
+        r = end
 
 
 @inner

@@ -135,7 +135,7 @@ def _read_state(layout: Ints, work: Floats32, capacity: int, states: Floats32, o
                 x[r, features + option] = ONE if option == options[r] else ZERO
 
 
-@inner
+@spliced
 def _hide_line(states: Floats32) -> None:
     for r in range(states.shape[0]):
         for trace in range(states.shape[1] // SIZE):
@@ -157,18 +157,16 @@ def _attend(
 
     scored: Linear(s); of_option: the parameters of the other linear layer, row by row.
     """
-    score = np.empty(SIZE, np.float64)
     for r in range(states.shape[0]):
-        highest = -np.inf
+        highest = np.float32(-np.inf)
         for j in range(SIZE):
-            score[j] = np.float64(scored[r, j] + of_option[options[r] * SIZE + j])
-            highest = max(highest, score[j])
+            weights[r, j] = scored[r, j] + of_option[options[r] * SIZE + j]
+            highest = max(highest, weights[r, j])
         total = 0.0
         for j in range(SIZE):
-            score[j] = exp(score[j] - highest)
-            total += score[j]
+            total += exp(np.float64(weights[r, j]) - highest)
         for j in range(SIZE):
-            weights[r, j] = np.float32(score[j] / total)
+            weights[r, j] = np.float32(exp(np.float64(weights[r, j]) - highest) / total)
         for j in range(SIZE):
             x[r, j] = scored[r, j] if layout[0, ATTENDED] == _LINEAR else states[r, j]
         for f in range(SIZE, states.shape[1]):

@@ -1,4 +1,4 @@
-"""The file of a checkpoint, read without torch: its place among the shipped ones, and its metadata.
+"""The file of a checkpoint, read without the networks: its place among the shipped ones, and its metadata.
 
 A checkpoint is one safetensors file, of which nothing can execute code. Its header holds the metadata as one JSON
 object, so that the same agent gives the same bytes.

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,12 +14,13 @@ from hhrl_agents.networks import arithmetic
 from hhrl_envs.arrays import Floats, Floats32
 
 ULPS = 4
+compiled = cast(Any, njit)
 
 
 def on_array(function: Callable[[float], float]) -> Callable[[Floats], Floats]:
     """Return a function of numbers, which is a part of kernels, as one of arrays."""
 
-    @njit  # type: ignore[untyped-decorator]
+    @compiled  # type: ignore[untyped-decorator]
     def apply(numbers: Floats) -> Floats:
         results = np.empty_like(numbers)
         for index in range(numbers.size):
@@ -31,17 +33,17 @@ def on_array(function: Callable[[float], float]) -> Callable[[Floats], Floats]:
 EXP, LOG = on_array(arithmetic.exp), on_array(arithmetic.log)
 
 
-@njit  # type: ignore[untyped-decorator]
+@compiled  # type: ignore[untyped-decorator]
 def power(x: float, exponent: float) -> float:
     return arithmetic.power(x, exponent)
 
 
-@njit  # type: ignore[untyped-decorator]
+@compiled  # type: ignore[untyped-decorator]
 def products(x: Floats32, w: Floats32, out: Floats32) -> None:
     arithmetic.add_product(x, w, out)
 
 
-@njit  # type: ignore[untyped-decorator]
+@compiled  # type: ignore[untyped-decorator]
 def outer_products(x: Floats32, g: Floats32, out: Floats32) -> None:
     arithmetic.write_outer(x, g, out)
 

@@ -332,19 +332,25 @@ main()
 """
 
 
-def test_rules_are_evaluated_without_torch(tmp_path: Path) -> None:
-    ended = process("evaluate", "rule-1", "--episodes", "10", folder=tmp_path, code=WITHOUT_TORCH)
+@pytest.mark.parametrize("arguments", [["evaluate", "rule-1"], ["evaluate", "hybrid-hrl"], ["analyse", "hybrid-hrl"]])
+def test_agents_are_evaluated_without_torch(tmp_path: Path, arguments: list[str]) -> None:
+    ended = process(*arguments, "--episodes", "10", folder=tmp_path, code=WITHOUT_TORCH)
     assert ended.returncode == 0, ended.stderr
 
 
-@pytest.mark.parametrize("arguments", [["train", "ddqn"], ["evaluate", "a.safetensors"]])
+def test_the_quick_suite_runs_without_torch(tmp_path: Path) -> None:
+    ended = process("run", "--suite", "quick", "--workers", "1", folder=tmp_path, code=WITHOUT_TORCH)
+    assert ended.returncode == 0, ended.stderr
+    assert (tmp_path / "runs" / "quick" / "entry.json").is_file()
+
+
+@pytest.mark.parametrize("arguments", [["train", "ddqn"]])
 def test_what_needs_torch_says_which_extra_to_install(tmp_path: Path, arguments: list[str]) -> None:
-    (tmp_path / "a.safetensors").write_bytes(b"x")
     ended = process(*arguments, folder=tmp_path, code=WITHOUT_TORCH)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert "pip install 'hhrl-bench[torch]'" in ended.stderr
     assert ended.stderr.count("\n") == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["a.safetensors"]
+    assert not list(tmp_path.iterdir())
 
 
 HELP_IMPORTS = """

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner  # noqa: E402
-from hhrl_bench.training import train as training  # noqa: E402
-from hhrl_bench.training.train import find_fault  # noqa: E402
-from support.command_line import invoke  # noqa: E402
-from support.small_training import STEPS, contents, plan, small_methods  # noqa: E402
+from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
+from hhrl_bench.training import train as training
+from hhrl_bench.training.train import find_fault
+from support.command_line import invoke
+from support.small_training import STEPS, contents, plan, small_methods
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -9,21 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
-
-from hhrl_agents.atomic_files import OutputError  # noqa: E402
-from hhrl_agents.methods.method import Method  # noqa: E402
-from hhrl_agents.policies.learned_agent import LearnedAgent  # noqa: E402
-from hhrl_agents.training.learner import make_learner  # noqa: E402
-from hhrl_bench.errors import AgentError  # noqa: E402
-from hhrl_bench.evaluation.loading import load_agents  # noqa: E402
-from hhrl_bench.evaluation.paired_evaluation import play as really_play  # noqa: E402
-from hhrl_bench.evaluation.records import EvaluationRecord  # noqa: E402
-from hhrl_bench.tasks.tasks import get_task  # noqa: E402
-from hhrl_bench.training import train as training  # noqa: E402
-from hhrl_bench.training.saved_state import SeedRun  # noqa: E402
-from hhrl_envs import Scenario, get_scenario  # noqa: E402
-from support.command_line import invoke  # noqa: E402
+from hhrl_agents.atomic_files import OutputError
+from hhrl_agents.methods.method import Method
+from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_agents.training.learner import make_learner
+from hhrl_bench.errors import AgentError
+from hhrl_bench.evaluation.loading import load_agents
+from hhrl_bench.evaluation.paired_evaluation import play as really_play
+from hhrl_bench.evaluation.records import EvaluationRecord
+from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.training import train as training
+from hhrl_bench.training.saved_state import SeedRun
+from hhrl_envs import Scenario, get_scenario
+from support.command_line import invoke
 
 TASK = get_task("stop-line-v0")
 SCENARIO = get_scenario(TASK.scenario)
@@ -182,15 +180,6 @@ def test_a_run_directory_keeps_what_it_holds(run: Path) -> None:
         with pytest.raises(OutputError, match=said):
             next(training.train(other))
     assert {path.name: path.read_bytes() for path in run.iterdir()} == before
-
-
-def test_training_leaves_the_number_of_torch_threads_as_it_was(tmp_path: Path) -> None:
-    before = torch.get_num_threads()
-    torch.set_num_threads(2)
-    threads = [torch.get_num_threads() for _ in training.train(plan(tmp_path, seeds=(0,)))]
-    assert set(threads) == {1}
-    assert torch.get_num_threads() == 2
-    torch.set_num_threads(before)
 
 
 def test_a_checkpoint_plays_in_another_scenario(run: Path) -> None:

@@ -12,8 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("torch")
-
 from hhrl_agents.algorithms.double_dqn import DoubleDQNLearner
 from hhrl_agents.atomic_files import OutputError
 from hhrl_bench.training import saved_state

@@ -6,27 +6,25 @@ from pathlib import Path
 
 import pytest
 
-torch = pytest.importorskip("torch")
-
-from hhrl_agents.atomic_files import OutputError  # noqa: E402
-from hhrl_agents.policies import checkpoints  # noqa: E402
-from hhrl_agents.policies.learned_agent import LearnedAgent  # noqa: E402
-from hhrl_bench.errors import AgentError, CurveError  # noqa: E402
-from hhrl_bench.evaluation.paired_evaluation import play  # noqa: E402
-from hhrl_bench.execution.unit import Unit  # noqa: E402
-from hhrl_bench.leaderboard.entry import read_entry  # noqa: E402
-from hhrl_bench.leaderboard.record import LeaderboardRecord  # noqa: E402
-from hhrl_bench.suites.study import suite_study, transfer_study  # noqa: E402
-from hhrl_bench.suites.suites import TransferSuite  # noqa: E402
-from hhrl_bench.tasks.tasks import get_task  # noqa: E402
-from hhrl_bench.training import train as training  # noqa: E402
-from hhrl_bench.training.reuse import load_source  # noqa: E402
-from hhrl_bench.training.run_directory import RunDirectory  # noqa: E402
-from hhrl_bench.transfer.summary import recompute  # noqa: E402
-from hhrl_bench.transfer.transfer import Transfer  # noqa: E402
-from hhrl_envs import Option, get_scenario  # noqa: E402
-from support.command_line import invoke  # noqa: E402
-from support.small_training import plan, small_methods  # noqa: E402
+from hhrl_agents.atomic_files import OutputError
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_bench.errors import AgentError, CurveError
+from hhrl_bench.evaluation.paired_evaluation import play
+from hhrl_bench.execution.unit import Unit
+from hhrl_bench.leaderboard.entry import read_entry
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.suites.study import suite_study, transfer_study
+from hhrl_bench.suites.suites import TransferSuite
+from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.training import train as training
+from hhrl_bench.training.reuse import load_source
+from hhrl_bench.training.run_directory import RunDirectory
+from hhrl_bench.transfer.summary import recompute
+from hhrl_bench.transfer.transfer import Transfer
+from hhrl_envs import Option, get_scenario
+from support.command_line import invoke
+from support.small_training import plan, small_methods
 
 SEEDS = (0, 2)
 STEPS = 400
