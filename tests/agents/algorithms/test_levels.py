@@ -1,96 +1,141 @@
 """One learned level: double Q-learning's choice, and what advantage learning does to targets."""
 
-from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-import torch
 from numpy.typing import NDArray
 
-from hhrl_agents.algorithms.td_errors import LearnedLevel, double_q, shortfall
+from hhrl_agents.agent import OPTION
+from hhrl_agents.algorithms.td_errors import Batch, Found, Level, Settings, learn, make_room
 from hhrl_agents.networks.architectures import Architecture
-from hhrl_agents.networks.mlp import MLP
-from hhrl_agents.networks.parameters import ParameterStack
-from hhrl_agents.networks.value_networks import mask_penalty
-from hhrl_agents.seeding import Purpose, generators
-from hhrl_agents.training.exploration import GREEDY
+from hhrl_agents.networks.layers import layout_of
+from hhrl_agents.networks.parameters import Adam, Memory
+from hhrl_envs.arrays import Floats32, Ints
 from hhrl_envs.observation import SIZE
 
-SEEDS = (4, 9)
-CHOICES, COUNT = 3, 8
+CHOICES, COUNT = 3, 30
+ABSENT = Level(1, np.zeros((0, 0), np.int64), np.zeros(1, np.float32), learns=False, first=0, last=0)
 Array = NDArray[np.float64]
 
 
-def level_of(alpha: float, penalty: torch.Tensor | None = None) -> tuple[LearnedLevel, ParameterStack]:
-    """A level of three choices whose target network differs from the online one."""
-    shapes = {f"action.{name}": shape for name, shape in Architecture(SIZE, (16,), CHOICES).shapes().items()}
-    stack = ParameterStack(shapes, generators(SEEDS, Purpose.INITIALISATION), torch.device("cpu"))
-    noise = np.random.default_rng(1).normal(0.0, 0.3, tuple(stack.flat_target.shape))
-    stack.flat_target.add_(torch.from_numpy(noise.astype(np.float32)))
-    return LearnedLevel("action", partial(MLP, layer_norm=False), stack, alpha, penalty), stack
+class Steps(NamedTuple):
+    """Transitions: states [K, SIZE], choices int64 [K], rewards [K], discounts [K] and next states [K, SIZE]."""
+
+    states: Array
+    choices: Ints
+    rewards: Array
+    discounts: Array
+    following: Array
 
 
-def batch() -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Targets [E, 1, K], choices [E, 1, K] and states [E, 11, K]."""
-    rng = np.random.default_rng(0)
-    target = torch.from_numpy(rng.normal(size=(2, 1, COUNT)).astype(np.float32))
-    choices = torch.from_numpy(rng.integers(0, CHOICES, (2, 1, COUNT)))
-    return target, choices, torch.from_numpy(rng.normal(size=(2, SIZE, COUNT)).astype(np.float32))
+def errors_of(
+    network: Architecture, online: Array, target: Array, steps: Steps, alpha: float = 0.0, absent: tuple[int, ...] = ()
+) -> Floats32:
+    """The errors [K] of a level with these parameters, of which the `absent` choices are not there."""
+    count = len(steps.choices)
+    layout, width = layout_of(network)
+    flat = online.astype(np.float32)
+    mask = np.zeros(network.outputs, np.float32)
+    mask[list(absent)] = -np.inf
+    adam = Adam(flat.size)
+    memory = Memory(flat, target.astype(np.float32), adam.gradient, adam.mean, adam.variance, adam.powers)
+    level = Level(OPTION, layout, mask, learns=True, first=0, last=flat.size)
+    numbers = (steps.rewards, np.full(count, 7.0), steps.discounts, steps.choices, np.zeros(count))
+    rows = np.concatenate((steps.states, steps.following, np.stack(numbers, axis=1)), axis=1).astype(np.float32)
+    weights = np.ones((1, count), np.float32)
+    batch = Batch(rows, np.arange(count), np.zeros(count, np.int64), np.zeros(1, np.int64), weights)
+    found = Found(np.zeros((1, count), np.float32), np.zeros(1), np.zeros(1))
+    learn(memory, level, ABSENT, batch, make_room([width], [layout], count), Settings(alpha, 0.0, 1.0), found)
+    np.testing.assert_array_equal(memory.online, online.astype(np.float32))
+    return found.errors[0]
 
 
-def values_of(parameters: dict[str, torch.Tensor], states: torch.Tensor, e: int) -> Array:
-    """Q of one seed, [K, C], in numpy."""
-    w1, b1, w2, b2 = (value[e].double().numpy() for value in parameters.values())
-    values: Array = np.maximum(states[e].double().numpy().T @ w1 + b1, 0.0) @ w2 + b2
-    return values
+TABLE = Architecture(SIZE, (), CHOICES)
+"""A network that is a table: its values at the k-th unit vector are the k-th row of its weight."""
+
+
+def tabular(values: Any) -> Array:
+    """The parameters of a table whose first rows are these values, [states, CHOICES]."""
+    weight = np.zeros((SIZE, CHOICES))
+    weight[: len(values)] = values
+    return np.concatenate((weight.ravel(), np.zeros(CHOICES)))
+
+
+def at(states: Any) -> Array:
+    unit: Array = np.eye(SIZE)[np.asarray(states)]
+    return unit
+
+
+def error(online: Any, target: Any, choice: int, alpha: float = 0.0, absent: tuple[int, ...] = ()) -> float:
+    """The error of a choice at state 0, whose values are zero online; the values of states 0 and 1 are `target`'s.
+
+    online: the values of state 1, which follows.
+    """
+    steps = Steps(at([0]), np.array([choice]), np.zeros(1), np.ones(1), at([1]))
+    return float(errors_of(TABLE, tabular([np.zeros(CHOICES), online]), tabular(target), steps, alpha, absent)[0])
 
 
 def test_double_q_takes_the_target_s_value_of_the_online_s_choice() -> None:
-    online, target = torch.tensor([[[1.0], [5.0], [2.0]]]), torch.tensor([[[10.0], [20.0], [30.0]]])
-    best, value = double_q(torch.cat((online, target)))
-    assert (best.item(), value.item()) == (1, 20.0)
+    assert error([1.0, 5.0, 2.0], [[0.0] * 3, [10.0, 20.0, 30.0]], 0) == 20.0
 
 
 def test_the_first_of_equal_values_is_the_best() -> None:
-    best, value = double_q(torch.tensor([[[5.0], [5.0], [2.0]], [[1.0], [2.0], [3.0]]]))
-    assert (best.item(), value.item()) == (0, 1.0)
+    assert error([5.0, 5.0, 2.0], [[0.0] * 3, [1.0, 2.0, 3.0]], 0) == 1.0
 
 
-def test_the_shortfall_is_what_the_best_value_is_ahead() -> None:
-    values = torch.tensor([[[1.0, -4.0], [5.0, -2.0], [2.0, -3.0]]])
-    assert shortfall(values, torch.tensor([[[2, 1]]])).tolist() == [[[3.0, 0.0]]]
+def test_an_absent_choice_is_not_the_best_one() -> None:
+    assert error([1.0, 5.0, 2.0], [[0.0] * 3, [10.0, 20.0, 30.0]], 0, absent=(1,)) == 30.0
+    assert error([5.0, 1.0, 2.0], [[0.0] * 3, [10.0, 20.0, 30.0]], 0, absent=(0,)) == 30.0
+
+
+@pytest.mark.parametrize(
+    ("values", "choice", "short"), [([1.0, 5.0, 2.0], 2, 3.0), ([-4.0, -2.0, -3.0], 1, 0.0), ([4.0, 5.0, 2.0], 0, 1.0)]
+)
+def test_the_shortfall_is_what_the_best_value_is_ahead(values: list[float], choice: int, short: float) -> None:
+    assert error([0.0] * 3, [values, [0.0] * 3], choice, alpha=0.5) == -0.5 * short
+
+
+HIDDEN = Architecture(SIZE, (16,), CHOICES)
+
+
+def drawn() -> tuple[Array, Array, Steps]:
+    """Parameters, of which the target's differ from the online ones, and transitions."""
+    rng = np.random.default_rng(1)
+    size = sum(fan_in * fan_out for fan_in, fan_out in HIDDEN.shapes().values())
+    online, target = (rng.normal(0.0, 0.3, size).astype(np.float32).astype(np.float64) for _ in range(2))
+    online[-CHOICES:] = target[-CHOICES:] = 0.0  # biases, so that every choice is the best one somewhere
+    states, following = (rng.normal(size=(COUNT, SIZE)).astype(np.float32).astype(np.float64) for _ in range(2))
+    choices, discounts = rng.integers(0, CHOICES, COUNT), rng.choice([0.0, 0.9], COUNT)
+    return online, target, Steps(states, choices, rng.normal(size=COUNT), discounts, following)
+
+
+def values_of(parameters: Array, states: Array) -> Array:
+    """Q, [K, C], in numpy."""
+    w1, b1, w2, b2 = np.split(parameters, np.cumsum([SIZE * 16, 16, 16 * CHOICES]))
+    inside = np.maximum(states @ w1.reshape(SIZE, 16) + b1, 0.0)
+    values: Array = inside @ w2.reshape(16, CHOICES) + b2
+    return values
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.5, 0.9])
-def test_advantage_learning_takes_a_share_of_the_shortfall_off_the_target(alpha: float) -> None:
-    (level, stack), (target, choices, states) = level_of(alpha), batch()
-    errors = level.errors(target, choices, states)
-    for e in range(len(SEEDS)):
-        online, lagged = values_of(stack.online, states, e), values_of(stack.target, states, e)
-        for k in range(COUNT):
-            c = choices[e, 0, k]
-            y = target[e, 0, k].item() - alpha * (lagged[k].max() - lagged[k, c])
-            assert errors.errors[e, 0, k].item() == pytest.approx(y - online[k, c], rel=1e-4, abs=1e-5)
-    assert torch.equal(target, batch()[0])
-
-
-def test_an_absent_choice_is_no_best_one_to_fall_short_of() -> None:
-    penalty, (target, choices, states) = mask_penalty((True, False, True)), batch()
-    choices[choices == 1] = 2
-    level, stack = level_of(0.5, penalty)
-    errors = level.errors(target, choices, states)
-    absent_is_best = 0
-    for e in range(len(SEEDS)):
-        online, lagged = values_of(stack.online, states, e), values_of(stack.target, states, e)
-        absent_is_best += int((lagged.argmax(1) == 1).sum())
-        for k in range(COUNT):
-            c = choices[e, 0, k]
-            y = target[e, 0, k].item() - 0.5 * (lagged[k, [0, 2]].max() - lagged[k, c])
-            assert errors.errors[e, 0, k].item() == pytest.approx(y - online[k, c], rel=1e-4, abs=1e-5)
-    assert absent_is_best
-    chosen = level.choose(np.full((2, COUNT), GREEDY), states)
-    best, _ = level.following(torch.cat((states, states)))
-    assert set(chosen.ravel()) == set(best.ravel().tolist()) == {0, 2}
+@pytest.mark.parametrize("absent", [(), (0,), (1,)])
+def test_advantage_learning_takes_a_share_of_the_shortfall_off_the_target(
+    alpha: float, absent: tuple[int, ...]
+) -> None:
+    """An absent choice is no best one, to bootstrap from or to fall short of."""
+    online, target, steps = drawn()
+    present = [choice for choice in range(CHOICES) if choice not in absent]
+    steps = steps._replace(choices=np.array(present)[steps.choices % len(present)])
+    errors = errors_of(HIDDEN, online, target, steps, alpha, absent)
+    here, lagged = values_of(online, steps.states), values_of(target, steps.states)
+    following, aims = values_of(online, steps.following), values_of(target, steps.following)
+    for k, choice in enumerate(steps.choices):
+        best = present[following[k, present].argmax()]
+        y = steps.rewards[k] + steps.discounts[k] * aims[k, best]
+        y -= alpha * (lagged[k, present].max() - lagged[k, choice])
+        assert errors[k] == pytest.approx(y - here[k, choice], rel=1e-4, abs=1e-5)
+    assert all((lagged.argmax(1) == choice).any() and (following.argmax(1) == choice).any() for choice in absent)
 
 
 @pytest.mark.parametrize("alpha", [0.3, 0.9])
@@ -98,17 +143,16 @@ def test_advantage_learning_widens_gaps_and_keeps_the_order_of_choices(alpha: fl
     """Tabular: iterating Q <- r + gamma max Q(s') - alpha (max Q - Q) ends at V* - (V* - Q*) / (1 - alpha)."""
     rng, gamma = np.random.default_rng(2), 0.9
     rewards, following = rng.normal(size=(4, CHOICES)), rng.integers(0, 4, (4, CHOICES))
+    every = np.arange(4 * CHOICES)
+    steps = Steps(at(every // CHOICES), every % CHOICES, rewards.ravel(), np.full(12, gamma), at(following.ravel()))
 
-    def fixed_point(share: float) -> torch.Tensor:
-        q = torch.zeros(1, CHOICES, 4, dtype=torch.float64)
-        r, s = torch.from_numpy(rewards.T[None].copy()), torch.from_numpy(following.T[None].copy())
+    def fixed_point(share: float) -> Array:
+        q = np.zeros((4, CHOICES))
         for _ in range(600):
-            ahead = double_q(torch.cat((q, q)))[1][0, 0]
-            short = torch.cat([shortfall(q, torch.full((1, 1, 4), c)) for c in range(CHOICES)], 1)
-            q = r + gamma * ahead[s] - share * short
+            q = q + errors_of(TABLE, tabular(q), tabular(q), steps, share).reshape(q.shape)
         return q
 
     plain, wide = fixed_point(0.0), fixed_point(alpha)
-    best = plain.amax(1, keepdim=True)
-    np.testing.assert_allclose(wide, best - (best - plain) / (1.0 - alpha), atol=1e-6)
-    assert torch.equal(wide.argsort(1), plain.argsort(1))
+    best = plain.max(1, keepdims=True)
+    np.testing.assert_allclose(wide, best - (best - plain) / (1.0 - alpha), rtol=1e-4, atol=1e-4)
+    np.testing.assert_array_equal(wide.argsort(1), plain.argsort(1))

@@ -51,7 +51,7 @@ class Subject:
         self.levels = self.learner.levels
         parameters, rng = self.learner.parameters, np.random.default_rng(1)
         for flat in (parameters.online, parameters.target):
-            flat += rng.normal(0.0, 0.2, flat.size).astype(np.float32)
+            flat[:] = flat + rng.normal(0.0, 0.2, flat.size).astype(np.float32)
 
     def named(self, flat: Floats32) -> dict[str, Floats32]:
         return {name: value.copy() for name, value in self.learner.parameters._views(flat).items()}
