@@ -48,7 +48,8 @@ def errors_of(
     found = Found(np.zeros((1, count), np.float32), np.zeros(1), np.zeros(1))
     learn(memory, level, ABSENT, batch, make_room([width], [layout], count), Settings(alpha, 0.0, 1.0), found)
     np.testing.assert_array_equal(memory.online, online.astype(np.float32))
-    return found.errors[0]
+    errors: Floats32 = found.errors[0]
+    return errors
 
 
 TABLE = Architecture(SIZE, (), CHOICES)
