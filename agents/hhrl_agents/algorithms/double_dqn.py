@@ -42,8 +42,8 @@ class DoubleDQNLearner(ValueLearner):
         self._sampler = make_sampler(method, generator(seed, Purpose.REPLAY), len(self.levels), capacity)
         self._multistep = MultiStep(config.n_steps)
         self._mask = np.where(scenario.option_mask, 0.0, -np.inf).astype(np.float32)
-        self._option = self._level(OPTION, self._mask)
-        self._action = self._level(ACTION, np.zeros(scenario.num_actions, np.float32))
+        unmasked = np.zeros(scenario.num_actions, np.float32)
+        self._levels = self._level(OPTION, self._mask), self._level(ACTION, unmasked)
         if method.hierarchical and "option" not in method.levels:
             self._given_options = given_options(method, scenario)
         if "action" not in method.levels:
@@ -108,7 +108,7 @@ class DoubleDQNLearner(ValueLearner):
             given = self._given_options(self._replay.next_observations(draw.indices))
         batch = Batch(self._replay.rows, draw.indices, given, draw.firsts, draw.weights)
         settings = Settings(config.advantage_learning, learning_rate, config.max_gradient_norm)
-        learn(self._memory, self._option, self._action, batch, self._room, settings, self._found)
+        learn(self._memory, self._levels, batch, self._room, settings, self._found)
         self._add_losses(self._found.losses)
         self._sampler.update(draw.indices, self._found.errors)
         self._has_values = True

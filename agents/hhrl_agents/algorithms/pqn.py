@@ -111,18 +111,18 @@ class PQNLearner(ValueLearner):
 def fit(memory: Memory, level: Level, targets: Targets, columns: Ints, room: Room, settings: Settings) -> float:
     """Return the mean squared error of the values of these transitions, int64 [M], after one gradient step down it."""
     count = columns.size
-    states = block(room.online, room.capacity, 0, count, level.layout[0, FEATURES])
+    states = block(room.work, room.capacity, 0, count, level.layout[0, FEATURES])
     errors, weights = np.empty(count, np.float32), np.ones(count, np.float32)
     actions = np.empty(count, np.int64)
     for m in range(count):
         actions[m] = targets.actions[columns[m]]
         for f in range(states.shape[1]):
             states[m, f] = targets.states[columns[m], f]
-    values = forward(memory.online, level.layout, room.online, room.capacity, count, actions)
+    values = forward(memory.online, level.layout, room.work, room.capacity, count, actions)
     for m in range(count):
         errors[m] = targets.returns[columns[m]] - values[m, actions[m]]
     advance_powers(memory.powers)
-    return regress(memory, level, errors, actions, actions, 0, count, weights, room, settings)
+    return regress(memory, level, errors, actions, actions, 0, weights, room, settings)
 
 
 def lambda_returns(rewards: Floats, discounts: Floats, values: Floats, ended: Flags, decay: float) -> Floats:

@@ -34,12 +34,15 @@ class Level(NamedTuple):
     last: int
 
 
+Levels = tuple[Level, Level]
+"""The option level and the action level."""
+
+
 class Room(NamedTuple):
-    """Room for what a step computes on the way: three workspaces of `capacity` rows, and one weight."""
+    """Room for what a step computes on the way: two workspaces of `capacity` rows, and one weight."""
 
     capacity: int
-    online: Floats32
-    target: Floats32
+    work: Floats32
     slopes: Floats32
     scratch: Floats32
 
@@ -79,84 +82,77 @@ def make_room(widths: list[int], layouts: list[Ints], capacity: int) -> Room:
     """Return room for networks with these widths of a workspace's row and these layouts."""
     width = max(widths)
     largest = max(int((layout[1:, FAN_IN] * layout[1:, FAN_OUT]).max()) for layout in layouts)
-    online, target, slopes = (np.zeros(width * capacity, np.float32) for _ in range(3))
-    return Room(capacity, online, target, slopes, np.zeros(largest, np.float32))
+    work, slopes = (np.zeros(width * capacity, np.float32) for _ in range(2))
+    return Room(capacity, work, slopes, np.zeros(largest, np.float32))
+
+
+_NEXT_ONLINE, _NEXT_TARGET, _TARGET, _ONLINE = range(4)  # forward passes: of the next states, then of the states
 
 
 @kernel
-def learn(
-    memory: Memory, option: Level, action: Level, batch: Batch, room: Room, settings: Settings, found: Found
-) -> None:
-    """Take one gradient step at every level that learns."""
-    count, numbers = batch.indices.size, batch.rows.shape[1] - NUMBERS
+def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Settings, found: Found) -> None:
+    """Take one gradient step at every level that learns, the option level first."""
+    count = batch.indices.size
+    next_values, shortfalls = np.empty(count, np.float32), np.zeros(count, np.float32)
+    options = _column(batch, OPTIONS)
+    next_options = batch.given.copy()
     advance_powers(memory.powers)
-    options, actions = np.empty(count, np.int64), np.empty(count, np.int64)
-    for m in range(count):
-        row = batch.rows[batch.indices[m]]
-        options[m], actions[m] = int(row[numbers + OPTIONS]), int(row[numbers + ACTIONS])
-    best, values = batch.given.copy(), np.zeros(count, np.float32)
-    if option.layout.shape[0]:
-        _follow(memory, option, batch, batch.given, room, best, values)
-    if option.learns:
-        _learn_level(memory, option, batch, values, options, options, 0, room, settings, found)
-    if action.learns:
-        greedy, place = np.empty(count, np.int64), int(option.learns)
-        _follow(memory, action, batch, best, room, greedy, values)
-        _learn_level(memory, action, batch, values, options, actions, place, room, settings, found)
+    place = 0
+    for level in levels:  # the passes and the levels take turns in loops, so that each kernel is inlined once
+        if level.layout.shape[0] == 0:
+            continue
+        best, choices = np.empty(count, np.int64), _column(batch, OPTIONS + level.column)
+        for step in range(4):
+            if not level.learns and step > _NEXT_ONLINE or step == _TARGET and settings.alpha == 0.0:
+                continue
+            ahead, is_online = step <= _NEXT_TARGET, step in (_NEXT_ONLINE, _ONLINE)
+            _load(batch, ahead, level, room)
+            values = forward(
+                memory.online if is_online else memory.target,
+                level.layout,
+                room.work,
+                room.capacity,
+                count,
+                next_options if ahead else options,
+            )
+            for m in range(count):
+                if step == _NEXT_ONLINE:
+                    best[m] = _best(values[m], level.mask)
+                elif step == _NEXT_TARGET:
+                    next_values[m] = values[m, best[m]]
+                elif step == _TARGET:
+                    shortfalls[m] = values[m, _best(values[m], level.mask)] - values[m, choices[m]]
+                else:
+                    row = batch.rows[batch.indices[m]]
+                    numbers = row[row.size - NUMBERS :]
+                    target = numbers[REWARDS + level.column] + numbers[DISCOUNT] * next_values[m]
+                    found.errors[place, m] = target - values[m, choices[m]] - np.float32(settings.alpha) * shortfalls[m]
+        if level.learns:
+            found.largest[place] = _largest(values)
+            found.losses[place] = regress(
+                memory,
+                level,
+                found.errors[place],
+                choices,
+                options,
+                batch.firsts[place],
+                batch.weights[place],
+                room,
+                settings,
+            )
+            place += 1
+        if level.column == 0:
+            next_options = best
 
 
 @inner
-def _follow(
-    memory: Memory, level: Level, batch: Batch, options: Ints, room: Room, best: Ints, values: Floats32
-) -> None:
-    """Write the online network's best choices at the next states, and the target network's values of them, [M] each."""
-    count, features = batch.indices.size, level.layout[0, FEATURES]
-    _load(batch, features, features, room.online, room.capacity)
-    _load(batch, features, features, room.target, room.capacity)
-    online = forward(memory.online, level.layout, room.online, room.capacity, count, options)
-    target = forward(memory.target, level.layout, room.target, room.capacity, count, options)
-    for m in range(count):
-        best[m] = _best(online[m], level.mask)
-        values[m] = target[m, best[m]]
-
-
-@inner
-def _learn_level(
-    memory: Memory,
-    level: Level,
-    batch: Batch,
-    values: Floats32,
-    options: Ints,
-    choices: Ints,
-    place: int,
-    room: Room,
-    settings: Settings,
-    found: Found,
-) -> None:
-    """Write the errors of the values of `choices` [M], and move the level's parameters down those of its mini-batch.
-
-    values: what the next states are worth; options: what the network reads; place: of the level among those that learn.
-    """
-    count, features = batch.indices.size, level.layout[0, FEATURES]
-    _load(batch, 0, features, room.online, room.capacity)
-    online = forward(memory.online, level.layout, room.online, room.capacity, count, options)
-    errors, reward = found.errors[place], 2 * features + REWARDS + level.column
-    found.largest[place] = 0.0
-    for m in range(count):
+def _column(batch: Batch, number: int) -> Ints:
+    """Return a whole number of every transition, int64 [M]."""
+    column = np.empty(batch.indices.size, np.int64)
+    for m in range(column.size):
         row = batch.rows[batch.indices[m]]
-        errors[m] = row[reward] + row[2 * features + DISCOUNT] * values[m] - online[m, choices[m]]
-        for choice in range(online.shape[1]):
-            found.largest[place] = max(found.largest[place], abs(np.float64(online[m, choice])))
-    if settings.alpha > 0.0:
-        _load(batch, 0, features, room.target, room.capacity)
-        target = forward(memory.target, level.layout, room.target, room.capacity, count, options)
-        for m in range(count):
-            short = target[m, _best(target[m], level.mask)] - target[m, choices[m]]
-            errors[m] -= np.float32(settings.alpha) * short
-    first, size = batch.firsts[place], batch.weights.shape[1]
-    found.losses[place] = regress(
-        memory, level, errors, choices, options, first, size, batch.weights[place], room, settings
-    )
+        column[m] = int(row[row.size - NUMBERS + number])
+    return column
 
 
 @inner
@@ -167,15 +163,15 @@ def regress(
     choices: Ints,
     options: Ints,
     first: int,
-    size: int,
     weights: Floats32,
     room: Room,
     settings: Settings,
 ) -> float:
-    """Return the weighted mean squared error of the rows `first` to `first + size` after a step of Adam down it.
+    """Return the weighted mean squared error of the rows from `first` on, K, after a step of Adam down it.
 
-    The forward pass of these states lies in `room.online`.
+    weights: of the squared errors, float32 [K]. The online network's forward pass of these states lies in `room`.
     """
+    size = weights.size
     slopes = values_of(level.layout, room.slopes, room.capacity, first + size)
     slopes[first:] = ZERO
     loss, factor = 0.0, np.float32(-2.0 / size)
@@ -186,7 +182,7 @@ def regress(
     backward(
         memory.online,
         level.layout,
-        room.online,
+        room.work,
         room.slopes,
         room.scratch,
         memory.gradient,
@@ -209,13 +205,24 @@ def regress(
 
 
 @inner
-def _load(batch: Batch, column: int, features: int, work: Floats32, capacity: int) -> None:
-    """Write the states that begin at a column of the transitions into a workspace's first block."""
-    states = block(work, capacity, 0, batch.indices.size, features)
+def _load(batch: Batch, ahead: bool, level: Level, room: Room) -> None:
+    """Write the transitions' states, or the next ones if `ahead`, into the workspace's first block."""
+    features = level.layout[0, FEATURES]
+    states = block(room.work, room.capacity, 0, batch.indices.size, features)
     for m in range(batch.indices.size):
         row = batch.rows[batch.indices[m]]
         for f in range(features):
-            states[m, f] = row[column + f]
+            states[m, f] = row[f + features] if ahead else row[f]
+
+
+@inner
+def _largest(values: Floats32) -> float:
+    """Return the largest absolute value."""
+    largest = 0.0
+    for m in range(values.shape[0]):
+        for choice in range(values.shape[1]):
+            largest = max(largest, abs(np.float64(values[m, choice])))
+    return largest
 
 
 @inner

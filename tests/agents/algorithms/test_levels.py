@@ -46,7 +46,7 @@ def errors_of(
     weights = np.ones((1, count), np.float32)
     batch = Batch(rows, np.arange(count), np.zeros(count, np.int64), np.zeros(1, np.int64), weights)
     found = Found(np.zeros((1, count), np.float32), np.zeros(1), np.zeros(1))
-    learn(memory, level, ABSENT, batch, make_room([width], [layout], count), Settings(alpha, 0.0, 1.0), found)
+    learn(memory, (level, ABSENT), batch, make_room([width], [layout], count), Settings(alpha, 0.0, 1.0), found)
     np.testing.assert_array_equal(memory.online, online.astype(np.float32))
     errors: Floats32 = found.errors[0]
     return errors

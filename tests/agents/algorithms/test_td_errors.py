@@ -93,7 +93,7 @@ class Subject:
         learner, levels = self.learner, len(self.levels)
         found = Found(np.zeros((levels, K), np.float32), np.zeros(levels), np.zeros(levels))
         settings = Settings(self.method.config.advantage_learning, learning_rate, max_norm)
-        learn(learner._memory, learner._option, learner._action, batch, learner._room, settings, found)
+        learn(learner._memory, learner._levels, batch, learner._room, settings, found)
         return found
 
     def expected_errors(self, batch: Batch, online: plain_networks.Leaves) -> dict[str, Tensor]:

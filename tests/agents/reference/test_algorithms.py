@@ -52,7 +52,7 @@ class Pair:
         drawn = td_kernels.Batch(rows, np.arange(count), given, firsts, weighed)
         found = td_kernels.Found(np.zeros((len(self.levels), count), np.float32), *np.zeros((2, len(self.levels))))
         settings = td_kernels.Settings(learner.config.advantage_learning, rate, learner.config.max_gradient_norm)
-        td_kernels.learn(learner._memory, learner._option, learner._action, drawn, learner._room, settings, found)
+        td_kernels.learn(learner._memory, learner._levels, drawn, learner._room, settings, found)
         return found
 
     @property
