@@ -199,8 +199,8 @@ class _Training:
 
     def _report(self, reports: Sequence["_SeedReport"]) -> Report:
         """Write what the seeds have come to, and return it."""
-        for index, row, policy in reports:
-            run = self._runs[index]
+        for place, row, policy in reports:
+            run = self._runs[place]
             if "failed" in row:
                 run.fail(row)
                 self._directory.write_failure(run.seed, run.failure())
@@ -254,9 +254,9 @@ def _world_seeds(task: Task, seed: int, n_envs: int) -> Keys:
 
 
 class _SeedReport(NamedTuple):
-    """A report of the seed at `index` of the plan's, and the policy that it is about."""
+    """A report of the seed at a place among the plan's, and the policy that it is about."""
 
-    index: int
+    place: int
     row: ReportRow
     policy: LearnedAgent
 

@@ -13,7 +13,7 @@ import numpy as np
 from hhrl_agents.networks.arithmetic import ZERO
 from hhrl_agents.networks.layers import FAN_IN, FAN_OUT, FEATURES, backward, block, forward, values_of
 from hhrl_agents.networks.parameters import Memory, advance_powers, descend
-from hhrl_agents.replay.buffer import ACTIONS, DISCOUNT, NUMBERS, OPTIONS, REWARDS
+from hhrl_agents.replay.buffer import DISCOUNT, NUMBERS, OPTIONS, REWARDS
 from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.simulation.engine.compilation import inner, kernel
 
@@ -103,7 +103,7 @@ def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Se
             continue
         best, choices = np.empty(count, np.int64), _column(batch, OPTIONS + level.column)
         for step in range(4):
-            if not level.learns and step > _NEXT_ONLINE or step == _TARGET and settings.alpha == 0.0:
+            if (not level.learns and step > _NEXT_ONLINE) or (step == _TARGET and settings.alpha == 0.0):
                 continue
             ahead, is_online = step <= _NEXT_TARGET, step in (_NEXT_ONLINE, _ONLINE)
             _load(batch, ahead, level, room)

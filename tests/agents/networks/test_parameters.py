@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 import torch
-from numba import njit
 
 from hhrl_agents.networks.architectures import Architecture, Attended
 from hhrl_agents.networks.parameters import TINY, Adam, Memory, ParameterSet, advance_powers, descend
 from hhrl_agents.seeding import Purpose, generator
 from hhrl_envs.arrays import Floats32
+from hhrl_envs.simulation.engine.compilation import kernel
 
 NETWORKS = {
     "option": Architecture(11, (8, 7), 2),
@@ -20,7 +20,7 @@ def parameters(seed: int = 0) -> ParameterSet:
     return ParameterSet(NETWORKS, generator(seed, Purpose.INITIALISATION))
 
 
-@njit
+@kernel
 def step(memory: Memory, gradient: Floats32, learning_rate: float, max_norm: float) -> None:
     advance_powers(memory.powers)
     descend(memory.online, gradient, memory.mean, memory.variance, memory.powers, learning_rate, max_norm)
