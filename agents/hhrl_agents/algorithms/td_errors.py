@@ -103,7 +103,7 @@ def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Se
             continue
         best, choices = np.empty(count, np.int64), _column(batch, OPTIONS + level.column)
         for step in range(4):
-            if (not level.learns and step > _NEXT_ONLINE) or (step == _TARGET and settings.alpha == 0.0):
+            if not _is_needed(step, level, settings):
                 continue
             ahead, is_online = step <= _NEXT_TARGET, step in (_NEXT_ONLINE, _ONLINE)
             _load(batch, ahead, level, room)
@@ -115,19 +115,9 @@ def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Se
                 count,
                 next_options if ahead else options,
             )
-            for m in range(count):
-                if step == _NEXT_ONLINE:
-                    best[m] = _best(values[m], level.mask)
-                elif step == _NEXT_TARGET:
-                    next_values[m] = values[m, best[m]]
-                elif step == _TARGET:
-                    shortfalls[m] = values[m, _best(values[m], level.mask)] - values[m, choices[m]]
-                else:
-                    row = batch.rows[batch.indices[m]]
-                    numbers = row[row.size - NUMBERS :]
-                    target = numbers[REWARDS + level.column] + numbers[DISCOUNT] * next_values[m]
-                    found.errors[place, m] = target - values[m, choices[m]] - np.float32(settings.alpha) * shortfalls[m]
+            _read_values(step, level, values, choices, best, next_values, shortfalls)
         if level.learns:
+            _write_errors(level, batch, values, choices, next_values, shortfalls, settings, found.errors[place])
             found.largest[place] = _largest(values)
             found.losses[place] = regress(
                 memory,
@@ -143,6 +133,49 @@ def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Se
             place += 1
         if level.column == 0:
             next_options = best
+
+
+@inner
+def _is_needed(step: int, level: Level, settings: Settings) -> bool:
+    """Return whether a level needs a forward pass: one that does not learn needs its best choices alone."""
+    return step == _NEXT_ONLINE or (level.learns and (step != _TARGET or settings.alpha > 0.0))
+
+
+@inner
+def _read_values(
+    step: int, level: Level, values: Floats32, choices: Ints, best: Ints, next_values: Floats32, shortfalls: Floats32
+) -> None:
+    """Write what a forward pass is for: best choices, the next states' values, or what choices fall short of the best.
+
+    All are [M], given the values [M, C] of the pass.
+    """
+    for m in range(choices.size):
+        if step == _NEXT_ONLINE:
+            best[m] = _best(values[m], level.mask)
+        elif step == _NEXT_TARGET:
+            next_values[m] = values[m, best[m]]
+        elif step == _TARGET:
+            shortfalls[m] = values[m, _best(values[m], level.mask)] - values[m, choices[m]]
+
+
+@inner
+def _write_errors(
+    level: Level,
+    batch: Batch,
+    values: Floats32,
+    choices: Ints,
+    next_values: Floats32,
+    shortfalls: Floats32,
+    settings: Settings,
+    errors: Floats32,
+) -> None:
+    """Write Y - Q, less alpha times what a choice falls short of the best one, [M]."""
+    alpha = np.float32(settings.alpha)
+    for m in range(choices.size):
+        row = batch.rows[batch.indices[m]]
+        numbers = row[row.size - NUMBERS :]
+        target = numbers[REWARDS + level.column] + numbers[DISCOUNT] * next_values[m]
+        errors[m] = target - values[m, choices[m]] - alpha * shortfalls[m]
 
 
 @inner

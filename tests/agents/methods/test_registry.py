@@ -26,8 +26,8 @@ def agent_of(name: str, scenario: Scenario) -> Agent:
     if name in RULES:
         return RULES[name](scenario)
     method = with_values(METHODS[name], SMALL)
-    worlds = np.arange(method.config.n_envs, dtype=np.uint64)[None]
-    return make_learner(method, scenario, [0], worlds).policies()[0]
+    worlds = np.arange(method.config.n_envs, dtype=np.uint64)
+    return make_learner(method, scenario, 0, worlds).policy()
 
 
 @cache
