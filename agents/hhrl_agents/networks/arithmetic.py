@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from hhrl_envs.arrays import Floats32
@@ -16,7 +17,19 @@ from hhrl_envs.simulation.engine.compilation import inner
 
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
+LANES = 16
+"""Numbers in a vector of the products; a processor with shorter ones takes several for it."""
+
 if TYPE_CHECKING:
+
+    def apart() -> None:
+        """Keep the function that calls this apart where others call it: the compiler does not inline it."""
+
+    def _add_tile_4_4(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
+
+    def _add_tile_4_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
+
+    def _add_tile_1_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
 
     def fma(a: Any, b: Any, c: Any) -> Any:
         """Return a b + c, rounded once; all float32 or all float64."""
@@ -43,6 +56,67 @@ else:
     def _to_bits(_: Any, number: Any) -> Any:
         kind = ir.IntType(64)
         return types.int64(number), lambda _context, builder, _signature, values: builder.bitcast(values[0], kind)
+
+    @intrinsic
+    def apart(_: Any) -> Any:
+        """Keep the function that calls this apart where others call it: the compiler does not inline it."""
+
+        def mark(context: Any, builder: Any, _signature: Any, _values: Any) -> Any:
+            builder.function.attributes.add("noinline")
+            return context.get_dummy_value()
+
+        return types.void(), mark
+
+    def _tile(rows: int, vectors: int) -> Any:
+        """Return what adds x w to so many rows and vectors of `out` from (r, j) on, its sums kept in registers.
+
+        A loop over the terms multiplies an element of x, in every lane, with a vector of w. LLVM does not find these
+        vectors by itself.
+        """
+        vector = ir.VectorType(ir.FloatType(), LANES)
+        lane, lanes = ir.IntType(32), ir.VectorType(ir.IntType(32), LANES)
+
+        def add_tile(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            x, w, out = (context.make_array(signature.args[k])(context, builder, values[k]) for k in (0, 3, 4))
+            by_row, by_term, r, j = (values[k] for k in (1, 2, 5, 6))
+            fused = ir.FunctionType(vector, [vector] * 3)
+            multiply_add = cgutils.get_or_insert_function(builder.module, fused, f"llvm.fma.v{LANES}f32")
+
+            def further(index: Any, count: int) -> Any:
+                return builder.add(index, ir.Constant(index.type, count))
+
+            def vectors_at(array: Any, row: Any) -> list[Any]:
+                width = cgutils.unpack_tuple(builder, array.shape, 2)[1]
+                first = builder.add(builder.mul(row, width), j)
+                places = [builder.gep(array.data, [further(first, LANES * v)]) for v in range(vectors)]
+                return [builder.bitcast(place, vector.as_pointer()) for place in places]
+
+            def in_every_lane(element: Any) -> Any:
+                undefined = ir.Constant(vector, ir.Undefined)
+                first = builder.insert_element(undefined, element, ir.Constant(lane, 0))
+                return builder.shuffle_vector(first, undefined, ir.Constant(lanes, [0] * LANES))
+
+            places = [vectors_at(out, further(r, row)) for row in range(rows)]
+            sums = [[cgutils.alloca_once_value(builder, builder.load(at, align=4)) for at in row] for row in places]
+            with cgutils.for_range(builder, cgutils.unpack_tuple(builder, w.shape, 2)[0]) as loop:
+                factors = [builder.load(at, align=4) for at in vectors_at(w, loop.index)]
+                for row in range(rows):
+                    place = builder.add(builder.mul(further(r, row), by_row), builder.mul(loop.index, by_term))
+                    element = in_every_lane(builder.load(builder.gep(x.data, [place]), align=4))
+                    for factor, kept in zip(factors, sums[row], strict=True):
+                        builder.store(builder.call(multiply_add, [element, factor, builder.load(kept)]), kept)
+            for row in range(rows):
+                for at, kept in zip(places[row], sums[row], strict=True):
+                    builder.store(builder.load(kept), at, align=4)
+            return context.get_dummy_value()
+
+        @intrinsic
+        def tile(_: Any, x: Any, by_row: Any, by_term: Any, w: Any, out: Any, r: Any, j: Any) -> Any:
+            return types.void(x, by_row, by_term, w, out, r, j), add_tile
+
+        return tile
+
+    _add_tile_4_4, _add_tile_4_1, _add_tile_1_1 = _tile(4, 4), _tile(4, 1), _tile(1, 1)
 
 
 _LOG2_E = 1.4426950408889634
@@ -92,64 +166,62 @@ def power(x: float, exponent: float) -> float:
 
 @inner
 def add_product(x: Floats32, w: Floats32, out: Floats32) -> None:
-    """Add x w to `out`, each sum in the order of its terms; x: [rows, terms], w: [terms, width], out: [rows, width].
+    """Add x w to `out`, each sum in the order of its terms; w: [terms, width], out: [rows, width].
 
-    Four rows by four terms a pass keep what is multiplied in registers; what is left over takes the same steps.
+    x: [rows, terms or more], of which the first `terms` columns count.
     """
-    rows, terms, width = x.shape[0], x.shape[1], w.shape[1]
-    r = 0
-    while r < rows:
-        i, end = 0, min(r + 4, rows)
-        while r + 4 <= rows and i + 4 <= terms:
-            a00, a01, a02, a03 = x[r, i], x[r, i + 1], x[r, i + 2], x[r, i + 3]
-            a10, a11, a12, a13 = x[r + 1, i], x[r + 1, i + 1], x[r + 1, i + 2], x[r + 1, i + 3]
-            a20, a21, a22, a23 = x[r + 2, i], x[r + 2, i + 1], x[r + 2, i + 2], x[r + 2, i + 3]
-            a30, a31, a32, a33 = x[r + 3, i], x[r + 3, i + 1], x[r + 3, i + 2], x[r + 3, i + 3]
-            for j in range(width):
-                w0, w1, w2, w3 = w[i, j], w[i + 1, j], w[i + 2, j], w[i + 3, j]
-                out[r, j] = fma(a03, w3, fma(a02, w2, fma(a01, w1, fma(a00, w0, out[r, j]))))
-                out[r + 1, j] = fma(a13, w3, fma(a12, w2, fma(a11, w1, fma(a10, w0, out[r + 1, j]))))
-                out[r + 2, j] = fma(a23, w3, fma(a22, w2, fma(a21, w1, fma(a20, w0, out[r + 2, j]))))
-                out[r + 3, j] = fma(a33, w3, fma(a32, w2, fma(a31, w1, fma(a30, w0, out[r + 3, j]))))
-            i += 4
-        for left in range(r, end):
-            for term in range(i, terms):
-                a = x[left, term]
-                for j in range(width):
-                    out[left, j] = fma(a, w[term, j], out[left, j])
-        r = end
+    _add_product(x, x.shape[1], 1, w, out)
 
 
 @inner
 def write_outer(x: Floats32, g: Floats32, out: Floats32) -> None:
-    """Write x^T g, each sum in the order of the rows; x: [rows, in], g: [rows, width], out: [in, width]."""
-    rows, terms, width = x.shape[0], x.shape[1], g.shape[1]
+    """Write x^T g, each sum in the order of the rows; g: [rows, width], out: [in, width].
+
+    x: [rows, in or more], of which the first `in` columns count.
+    """
     out[:] = ZERO
-    i = 0
-    while i + 4 <= terms:
-        b = 0
-        while b + 4 <= rows:
-            a00, a01, a02, a03 = x[b, i], x[b + 1, i], x[b + 2, i], x[b + 3, i]
-            a10, a11, a12, a13 = x[b, i + 1], x[b + 1, i + 1], x[b + 2, i + 1], x[b + 3, i + 1]
-            a20, a21, a22, a23 = x[b, i + 2], x[b + 1, i + 2], x[b + 2, i + 2], x[b + 3, i + 2]
-            a30, a31, a32, a33 = x[b, i + 3], x[b + 1, i + 3], x[b + 2, i + 3], x[b + 3, i + 3]
-            for j in range(width):
-                g0, g1, g2, g3 = g[b, j], g[b + 1, j], g[b + 2, j], g[b + 3, j]
-                out[i, j] = fma(a03, g3, fma(a02, g2, fma(a01, g1, fma(a00, g0, out[i, j]))))
-                out[i + 1, j] = fma(a13, g3, fma(a12, g2, fma(a11, g1, fma(a10, g0, out[i + 1, j]))))
-                out[i + 2, j] = fma(a23, g3, fma(a22, g2, fma(a21, g1, fma(a20, g0, out[i + 2, j]))))
-                out[i + 3, j] = fma(a33, g3, fma(a32, g2, fma(a31, g1, fma(a30, g0, out[i + 3, j]))))
-            b += 4
-        while b < rows:
-            for part in range(4):
-                a = x[b, i + part]
-                for j in range(width):
-                    out[i + part, j] = fma(a, g[b, j], out[i + part, j])
-            b += 1
-        i += 4
-    while i < terms:
-        for b in range(rows):
-            a = x[b, i]
-            for j in range(width):
-                out[i, j] = fma(a, g[b, j], out[i, j])
-        i += 1
+    _add_product(x, 1, x.shape[1], g, out)
+
+
+@inner
+def _add_product(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32) -> None:
+    """Add to out[r, j] the sum over i of x w[i, j], where x is that at `r by_row + i by_term` of its numbers.
+
+    Columns that fill no vector are computed in a copy that does.
+    """
+    apart()
+    rows, terms, width = out.shape[0], w.shape[0], w.shape[1]
+    whole = width - width % LANES
+    _add_tiles(x, by_row, by_term, w, out, whole)
+    if whole < width:
+        columns, sums = np.empty((terms, LANES), np.float32), np.empty((rows, LANES), np.float32)
+        for i in range(terms):
+            for lane in range(LANES):
+                columns[i, lane] = w[i, whole + lane] if whole + lane < width else ZERO
+        for r in range(rows):
+            for lane in range(LANES):
+                sums[r, lane] = out[r, whole + lane] if whole + lane < width else ZERO
+        _add_tiles(x, by_row, by_term, columns, sums, LANES)
+        for r in range(rows):
+            for lane in range(width - whole):
+                out[r, whole + lane] = sums[r, lane]
+
+
+@inner
+def _add_tiles(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, width: int) -> None:
+    """Add the product to the first columns of `out`, a whole number of vectors; see `_add_product`."""
+    apart()
+    rows, r = out.shape[0], 0
+    while r < rows:
+        j, is_whole = 0, r + 4 <= rows
+        while j < width:
+            if is_whole and j + 4 * LANES <= width:
+                _add_tile_4_4(x, by_row, by_term, w, out, r, j)
+                j += 4 * LANES
+            else:
+                if is_whole:
+                    _add_tile_4_1(x, by_row, by_term, w, out, r, j)
+                else:
+                    _add_tile_1_1(x, by_row, by_term, w, out, r, j)
+                j += LANES
+        r += 4 if is_whole else 1

@@ -157,16 +157,19 @@ def _attend(
 
     scored: Linear(s); of_option: the parameters of the other linear layer, row by row.
     """
+    powers = np.empty(SIZE)
     for r in range(states.shape[0]):
         highest = np.float32(-np.inf)
         for j in range(SIZE):
             weights[r, j] = scored[r, j] + of_option[options[r] * SIZE + j]
             highest = max(highest, weights[r, j])
+        for j in range(SIZE):
+            powers[j] = exp(np.float64(weights[r, j]) - highest)
         total = 0.0
         for j in range(SIZE):
-            total += exp(np.float64(weights[r, j]) - highest)
+            total += powers[j]
         for j in range(SIZE):
-            weights[r, j] = np.float32(exp(np.float64(weights[r, j]) - highest) / total)
+            weights[r, j] = np.float32(powers[j] / total)
         for j in range(SIZE):
             x[r, j] = scored[r, j] if layout[0, ATTENDED] == _LINEAR else states[r, j]
         for f in range(SIZE, states.shape[1]):
@@ -312,7 +315,7 @@ def _attend_backward(
             of_option[options[first + r], j] += scores[r, j]
             if layout[0, ATTENDED] == _LINEAR:
                 scores[r, j] = fma(slope[r, j] * weights[r, j], _SIZE, scores[r, j])
-    write_outer(states[:, :SIZE], scores, matrix(gradient, layout[0, WEIGHT], SIZE, SIZE))
+    write_outer(states, scores, matrix(gradient, layout[0, WEIGHT], SIZE, SIZE))
     _sum_rows(scores, gradient[layout[0, BIAS] : layout[0, BIAS] + SIZE])
 
 

@@ -325,7 +325,8 @@ WITHOUT_TORCH = """
 import sys
 from importlib.machinery import PathFinder
 find = PathFinder.find_spec
-PathFinder.find_spec = lambda name, *rest: None if name.partition(".")[0] == "torch" else find(name, *rest)
+HIDDEN = {"torch", "stable_baselines3"}
+PathFinder.find_spec = lambda name, *rest: None if name.partition(".")[0] in HIDDEN else find(name, *rest)
 from hhrl_bench.cli import main
 sys.argv[0] = "hhrl-bench"
 main()
@@ -344,11 +345,17 @@ def test_the_quick_suite_runs_without_torch(tmp_path: Path) -> None:
     assert (tmp_path / "runs" / "quick" / "entry.json").is_file()
 
 
-@pytest.mark.parametrize("arguments", [["train", "ddqn"]])
-def test_what_needs_torch_says_which_extra_to_install(tmp_path: Path, arguments: list[str]) -> None:
-    ended = process(*arguments, folder=tmp_path, code=WITHOUT_TORCH)
+@pytest.mark.parametrize("method", ["ddqn", "hybrid-hrl", "pqn"])
+def test_methods_train_without_torch(tmp_path: Path, method: str) -> None:
+    ended = process("train", method, "--env-steps", "1000", folder=tmp_path, code=WITHOUT_TORCH)
+    assert ended.returncode == 0, ended.stderr
+    assert (tmp_path / "runs" / method / "stop-line-v0" / "seed-0.final.safetensors").is_file()
+
+
+def test_what_needs_torch_says_which_extra_to_install(tmp_path: Path) -> None:
+    ended = process("train", "ppo", folder=tmp_path, code=WITHOUT_TORCH)
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert "pip install 'hhrl-bench[torch]'" in ended.stderr
+    assert "pip install 'hhrl-bench[sb3]'" in ended.stderr
     assert ended.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
 

@@ -59,7 +59,7 @@ def test_a_copy_of_the_packages_has_the_same_hash(copies: Mapping[str, Path]) ->
         "hhrl_envs.scenario.scenario",
         "hhrl_envs.views.parallel_env",
         "hhrl_envs.worlds.follow_v0",
-        "hhrl_agents.networks.mlp",
+        "hhrl_agents.networks.layers",
         "hhrl_agents.rules.rule_plus",
         "hhrl_bench.evaluation.metrics",
         "hhrl_bench.statistics.intervals",
