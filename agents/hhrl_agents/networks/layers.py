@@ -13,7 +13,7 @@ import numpy as np
 
 from hhrl_agents.networks.architectures import NUM_OPTIONS, Architecture, Attended
 from hhrl_agents.networks.arithmetic import ONE, ZERO, add_product, exp, fma, write_outer
-from hhrl_envs.arrays import Floats32, Ints
+from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.observation import SIZE, SYMBOLS
 from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced
 from hhrl_envs.sub_goals import SSL
@@ -99,9 +99,7 @@ def _forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, 
         at = layout[layer]
         x = block(work, capacity, at[INPUTS], rows, at[FAN_IN])
         y = block(work, capacity, at[OUTPUTS], rows, at[FAN_OUT])
-        for r in range(rows):
-            for j in range(y.shape[1]):
-                y[r, j] = parameters[at[BIAS] + j]
+        _fill_rows(y, parameters[at[BIAS] :])
         add_product(x, matrix(parameters, at[WEIGHT], at[FAN_IN], at[FAN_OUT]), y)
         if layer == 0:
             first = layout[1]
@@ -111,9 +109,7 @@ def _forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, 
             if layout[0, LAYER_NORM]:
                 norms = block(work, capacity, at[NORMS], rows, at[FAN_OUT])
                 _normalise(y, norms, work[at[FACTORS] * capacity :])
-            for r in range(rows):
-                for j in range(y.shape[1]):
-                    y[r, j] = max(y[r, j], ZERO)
+            _rectify(y)
     return values_of(layout, work, capacity, rows)
 
 
@@ -133,6 +129,21 @@ def _read_state(layout: Ints, work: Floats32, capacity: int, states: Floats32, o
         for r in range(rows):
             for option in range(NUM_OPTIONS):
                 x[r, features + option] = ONE if option == options[r] else ZERO
+
+
+@inner
+def _fill_rows(y: Floats32, bias: Floats32) -> None:
+    """Write the bias into every row; loops of their own vectorise, as nothing that they read may change in them."""
+    for r in range(y.shape[0]):
+        for j in range(y.shape[1]):
+            y[r, j] = bias[j]
+
+
+@inner
+def _rectify(y: Floats32) -> None:
+    for r in range(y.shape[0]):
+        for j in range(y.shape[1]):
+            y[r, j] = max(y[r, j], ZERO)
 
 
 @spliced
@@ -157,19 +168,21 @@ def _attend(
 
     scored: Linear(s); of_option: the parameters of the other linear layer, row by row.
     """
-    powers = np.empty(SIZE)
+    powers = np.empty(weights.shape)
     for r in range(states.shape[0]):
         highest = np.float32(-np.inf)
         for j in range(SIZE):
             weights[r, j] = scored[r, j] + of_option[options[r] * SIZE + j]
             highest = max(highest, weights[r, j])
         for j in range(SIZE):
-            powers[j] = exp(np.float64(weights[r, j]) - highest)
+            powers[r, j] = np.float64(weights[r, j]) - highest
+    _exponentiate(powers.ravel())
+    for r in range(states.shape[0]):
         total = 0.0
         for j in range(SIZE):
-            total += powers[j]
+            total += powers[r, j]
         for j in range(SIZE):
-            weights[r, j] = np.float32(powers[j] / total)
+            weights[r, j] = np.float32(powers[r, j] / total)
         for j in range(SIZE):
             x[r, j] = scored[r, j] if layout[0, ATTENDED] == _LINEAR else states[r, j]
         for f in range(SIZE, states.shape[1]):
@@ -177,6 +190,12 @@ def _attend(
         for trace in range(0, states.shape[1], SIZE):
             for j in range(SIZE):
                 x[r, trace + j] = weights[r, j] * x[r, trace + j] * _SIZE
+
+
+@inner
+def _exponentiate(numbers: Floats) -> None:
+    for n in range(numbers.size):
+        numbers[n] = exp(numbers[n])
 
 
 @inner
@@ -243,21 +262,32 @@ def backward(
             return
         turned = scratch[: at[FAN_IN] * at[FAN_OUT]].reshape((at[FAN_OUT], at[FAN_IN]))
         weight = matrix(parameters, at[WEIGHT], at[FAN_IN], at[FAN_OUT])
-        for i in range(at[FAN_IN]):
-            for j in range(at[FAN_OUT]):
-                turned[j, i] = weight[i, j]
+        _turn(weight, turned)
         before = block(slopes, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
         before[:] = ZERO
         add_product(slope, turned, before)
         if layer > 1:
-            for r in range(rows):
-                for i in range(at[FAN_IN]):
-                    before[r, i] = before[r, i] if x[r, i] > ZERO else ZERO
+            _stop_at_zero(before, x)
             if layout[0, LAYER_NORM]:
                 last = layout[layer - 1]
                 norms = block(work, capacity, last[NORMS], first + rows, last[FAN_OUT])[first:]
                 _denormalise(before, norms, work[last[FACTORS] * capacity + first :])
     _attend_backward(layout, work, slopes, gradient, capacity, first, rows, options)
+
+
+@inner
+def _turn(weight: Floats32, turned: Floats32) -> None:
+    for j in range(turned.shape[0]):
+        for i in range(turned.shape[1]):
+            turned[j, i] = weight[i, j]
+
+
+@inner
+def _stop_at_zero(slope: Floats32, outputs: Floats32) -> None:
+    """Set the gradient by outputs of a ReLU to zero where they are."""
+    for r in range(slope.shape[0]):
+        for i in range(slope.shape[1]):
+            slope[r, i] = slope[r, i] if outputs[r, i] > ZERO else ZERO
 
 
 @inner
