@@ -1,4 +1,4 @@
-"""Seconds from starting Python to the first step done, with kernels to compile and with kernels from the cache."""
+"""Seconds from starting Python to a first step and a first update, with kernels to compile and from the cache."""
 
 import os
 import subprocess
@@ -18,15 +18,37 @@ env.reset(seed=0)
 env.step({"ego": 0})
 """
 
+FIRST_UPDATE = """
+import numpy as np
+from hhrl_agents import METHODS
+from hhrl_agents.training.learner import make_learner
+from hhrl_envs import get_scenario
+method = METHODS["hybrid-hrl"]
+worlds = np.arange(method.config.n_envs, dtype=np.uint64)
+learner = make_learner(method, get_scenario("stop-line-v0"), 0, worlds)
+next(learner.train(method.config.warmup + method.config.n_envs))
+assert learner.updates > 0
+"""
 
-def first_step(cache: Path) -> None:
+
+def run(code: str, cache: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
-    subprocess.run([sys.executable, "-c", FIRST_STEP], env=environment, check=True)
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
 
 
-@pytest.mark.parametrize(("cache", "bar"), [("empty", 4), ("warm", 1)])
-def test_first_step(benchmark: BenchmarkFixture, report: Report, tmp_path: Path, cache: str, bar: int) -> None:
+@pytest.mark.parametrize(
+    ("what", "code", "cache", "bar"),
+    [
+        ("step", FIRST_STEP, "empty", 4),
+        ("step", FIRST_STEP, "warm", 1),
+        ("update", FIRST_UPDATE, "empty", 20),
+        ("update", FIRST_UPDATE, "warm", 2),
+    ],
+)
+def test_first(
+    benchmark: BenchmarkFixture, report: Report, tmp_path: Path, what: str, code: str, cache: str, bar: int
+) -> None:
     folders = (tmp_path / (str(n) if cache == "empty" else "kept") for n in count())
-    benchmark.pedantic(first_step, setup=lambda: ((next(folders),), {}), rounds=3, warmup_rounds=1)
+    benchmark.pedantic(run, setup=lambda: ((code, next(folders)), {}), rounds=3, warmup_rounds=1)
     if benchmark.stats is not None:
-        report(f"first step, {cache} cache", f"{benchmark.stats.stats.min:.2f} s", "", "", "", f"at most {bar} s")
+        report(f"first {what}, {cache} cache", f"{benchmark.stats.stats.min:.2f} s", "", "", "", f"at most {bar} s")

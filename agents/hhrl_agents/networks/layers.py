@@ -168,21 +168,11 @@ def _attend(
 
     scored: Linear(s); of_option: the parameters of the other linear layer, row by row.
     """
-    powers = np.empty(weights.shape)
     for r in range(states.shape[0]):
-        highest = np.float32(-np.inf)
         for j in range(SIZE):
             weights[r, j] = scored[r, j] + of_option[options[r] * SIZE + j]
-            highest = max(highest, weights[r, j])
-        for j in range(SIZE):
-            powers[r, j] = np.float64(weights[r, j]) - highest
-    _exponentiate(powers.ravel())
+    _softmax(weights)
     for r in range(states.shape[0]):
-        total = 0.0
-        for j in range(SIZE):
-            total += powers[r, j]
-        for j in range(SIZE):
-            weights[r, j] = np.float32(powers[r, j] / total)
         for j in range(SIZE):
             x[r, j] = scored[r, j] if layout[0, ATTENDED] == _LINEAR else states[r, j]
         for f in range(SIZE, states.shape[1]):
@@ -190,6 +180,25 @@ def _attend(
         for trace in range(0, states.shape[1], SIZE):
             for j in range(SIZE):
                 x[r, trace + j] = weights[r, j] * x[r, trace + j] * _SIZE
+
+
+@inner
+def _softmax(scores: Floats32) -> None:
+    """Put the softmax of every row in its place, with the exponentials and their sum in float64."""
+    powers = np.empty(scores.shape)
+    for r in range(scores.shape[0]):
+        highest = np.float32(-np.inf)
+        for j in range(scores.shape[1]):
+            highest = max(highest, scores[r, j])
+        for j in range(scores.shape[1]):
+            powers[r, j] = np.float64(scores[r, j]) - highest
+    _exponentiate(powers.ravel())
+    for r in range(scores.shape[0]):
+        total = 0.0
+        for j in range(scores.shape[1]):
+            total += powers[r, j]
+        for j in range(scores.shape[1]):
+            scores[r, j] = np.float32(powers[r, j] / total)
 
 
 @inner
