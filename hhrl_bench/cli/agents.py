@@ -58,6 +58,8 @@ def train(
         int | None, typer.Option(min=1, help="Steps for each seed.", show_default="the task's budget")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="runs/METHOD/TASK")] = None,
+    engine: Annotated[str, typer.Option(help="What computes: compiled, or torch, the reference.")] = "compiled",
+    device: Annotated[str, typer.Option(help="Where torch computes, cpu or cuda.")] = "cpu",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a training that was stopped.")] = False,
     tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write TensorBoard event files too.")] = False,
 ) -> None:
@@ -70,7 +72,10 @@ def train(
     announce_compiling()
     chosen = get_task(task)
     folder = out or Path("runs") / method / chosen.id
-    plan = training.Plan(training.get_method(method), chosen, parse_seeds(seeds), env_steps or chosen.env_steps, folder)
+    budget = env_steps or chosen.env_steps
+    plan = training.Plan(
+        training.get_method(method), chosen, parse_seeds(seeds), budget, folder, engine=engine, device=device
+    )
     finished = resume and RunDirectory(folder).finished(plan.seeds)
     try:
         with progress(f"{method}, seeds {seeds}") as update:

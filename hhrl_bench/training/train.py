@@ -32,12 +32,13 @@ from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Keys
-from hhrl_envs.errors import require
+from hhrl_envs.errors import require, require_value
 
 if TYPE_CHECKING:
     from hhrl_bench.training.tensorboard import EventFiles
 
 VALIDATION_EPISODES = 256
+ENGINES = ("compiled", "torch")
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,8 @@ class Plan:
         env_steps: budget of a seed, in environment steps.
         folder: the run directory to fill.
         reuse: what the seeds begin with; None: they begin from nothing.
+        engine: "compiled", exact on every processor, or "torch", the reference, which reads like the paper.
+        device: where torch computes, "cpu" or "cuda"; the compiled engine uses the CPU.
     """
 
     method: Method
@@ -59,6 +62,14 @@ class Plan:
     env_steps: int
     folder: Path
     reuse: Reuse | None = None
+    engine: str = "compiled"
+    device: str = "cpu"
+
+    def __post_init__(self) -> None:
+        """Refuse an engine that there is not, and a device that the engine does not use."""
+        require_value(self.engine in ENGINES, "engine", repr(self.engine), " or ".join(ENGINES))
+        fits = self.engine == "torch" or self.device == "cpu"
+        require_value(fits, "device", repr(self.device), "cpu, or the engine torch too")
 
     @property
     def command(self) -> str:
@@ -67,7 +78,8 @@ class Plan:
             return self.reuse.command
         words = ["hhrl-bench", "train", self.method.id, "--task", self.task.id, "--seeds", format_seeds(self.seeds)]
         budget = [] if self.env_steps == self.task.env_steps else ["--env-steps", str(self.env_steps)]
-        return shlex.join([*words, *budget])
+        engine = [] if self.engine == "compiled" else ["--engine", self.engine, "--device", self.device]
+        return shlex.join([*words, *budget, *engine])
 
     def config(self) -> dict[str, Any]:
         """Return what all seeds of the run share, as JSON data."""
@@ -80,6 +92,7 @@ class Plan:
             "spec_hash": scenario.spec_hash,
             "env_steps": self.env_steps,
             "validation_episodes": VALIDATION_EPISODES,
+            **({} if self.engine == "compiled" else {"engine": self.engine, "device": self.device}),
             **({"transfer": self.reuse.config(self.seeds)} if self.reuse else {}),
             **({} if self.task.ego is None else {"ego": self.task.ego}),
         }
@@ -149,7 +162,13 @@ class _Training:
         plan = self._plan
         start = plan.reuse.start(plan.method, seed) if plan.reuse else NOTHING
         worlds = _world_seeds(plan.task, seed, plan.method.config.n_envs)
-        return make_learner(plan.method, self._scenario, seed, worlds, training_drivers(plan.task), start)
+        arguments = plan.method, self._scenario, seed, worlds, training_drivers(plan.task), start
+        if plan.engine == "compiled":
+            return make_learner(*arguments)
+        require("torch", "torch")
+        from hhrl_agents.reference.learner import TorchLearner  # noqa: PLC0415
+
+        return TorchLearner(*arguments, device=plan.device)
 
     def run(self, *, tensorboard: bool) -> Iterator[Report]:
         if self._state_path.exists():

@@ -225,3 +225,29 @@ def test_a_checkpoint_that_lies_about_its_training_is_refused(run: Path, monkeyp
     monkeypatch.setattr("hhrl_agents.policies.checkpoints.load", lambda _: loaded.agent)
     with pytest.raises(AgentError, match="seed: write a valid integer"):
         load_agents(run / "seed-0.safetensors", SCENARIO)
+
+
+def test_the_engine_torch_trains_and_says_so(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    trained = invoke("train", "ddqn", "--engine", "torch", "--env-steps", str(STEPS), "--out", str(folder))
+    assert trained.exit_code == 0, trained.stderr
+    assert json.loads((folder / "config.json").read_text())["engine"] == "torch"
+    (last,) = load_agents(folder / "seed-0.final.safetensors", SCENARIO)
+    assert last.training is not None
+    assert str(last.training.command).endswith("--env-steps 2400 --engine torch --device cpu")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--engine", "jax"], "engine is 'jax'; write compiled or torch"),
+        (["--device", "cuda"], "device is 'cuda'; write cpu, or the engine torch too"),
+        (["--engine", "torch", "--device", "nowhere"], "torch cannot compute on device 'nowhere'; write cpu, or cuda"),
+    ],
+)
+def test_an_engine_or_device_that_there_is_not_is_one_line(options: list[str], said: str, tmp_path: Path) -> None:
+    refused = invoke("train", "ddqn", *options, "--out", str(tmp_path / "run"))
+    assert refused.exit_code == 2
+    assert f"hhrl-bench: {said}" in refused.stderr
+    assert refused.stderr.count("\n") == 1
+    assert not (tmp_path / "run").exists()
