@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hhrl_agents.networks.arithmetic import ZERO
-from hhrl_agents.networks.layers import FAN_IN, FAN_OUT, FEATURES, backward, block, forward, values_of
+from hhrl_agents.networks.arithmetic import clear
+from hhrl_agents.networks.layers import FAN_IN, FAN_OUT, FEATURES, OUTPUTS, backward, block, forward
 from hhrl_agents.networks.parameters import Memory, advance_powers, descend
 from hhrl_agents.replay.buffer import DISCOUNT, NUMBERS, OPTIONS, REWARDS
 from hhrl_envs.arrays import Floats, Floats32, Ints
@@ -205,12 +205,13 @@ def regress(
     weights: of the squared errors, float32 [K]. The online network's forward pass of these states lies in `room`.
     """
     size = weights.size
-    slopes = values_of(level.layout, room.slopes, room.capacity, first + size)
-    slopes[first:] = ZERO
+    last = level.layout[level.layout.shape[0] - 1]
+    slopes = block(room.slopes, room.capacity, last[OUTPUTS], size, last[FAN_OUT], first)
+    clear(slopes)
     loss, factor = 0.0, np.float32(-2.0 / size)
     for k in range(size):
         weighted = errors[first + k] * weights[k]
-        slopes[first + k, choices[first + k]] = weighted * factor
+        slopes[k, choices[first + k]] = weighted * factor
         loss += np.float64(weighted) * np.float64(errors[first + k])
     backward(
         memory.online,
@@ -224,16 +225,7 @@ def regress(
         size,
         options,
     )
-    part = slice(level.first, level.last)
-    descend(
-        memory.online[part],
-        memory.gradient[part],
-        memory.mean[part],
-        memory.variance[part],
-        memory.powers,
-        settings.learning_rate,
-        settings.max_norm,
-    )
+    descend(memory, level.first, level.last, settings.learning_rate, settings.max_norm)
     return loss / size
 
 

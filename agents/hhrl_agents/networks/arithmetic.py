@@ -11,6 +11,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
 
 from hhrl_envs.arrays import Floats32
 from hhrl_envs.simulation.engine.compilation import inner
@@ -21,6 +22,9 @@ LANES = 16
 """Numbers in a vector of the products; a processor with shorter ones takes several for it."""
 
 if TYPE_CHECKING:
+
+    def matrix(numbers: Any, place: int, rows: int, width: int) -> Any:
+        """Return the numbers from a place on as [rows, width], a view that does not keep them alive."""
 
     def apart() -> None:
         """Keep the function that calls this apart where others call it: the compiler does not inline it."""
@@ -56,6 +60,30 @@ else:
     def _to_bits(_: Any, number: Any) -> Any:
         kind = ir.IntType(64)
         return types.int64(number), lambda _context, builder, _signature, values: builder.bitcast(values[0], kind)
+
+    @intrinsic
+    def matrix(_: Any, numbers: Any, place: Any, rows: Any, width: Any) -> Any:
+        """Return the numbers from a place on as [rows, width], a view that does not keep them alive.
+
+        It compiles to a few instructions, which slicing and reshaping do not.
+        """
+        kind = types.Array(numbers.dtype, 2, "C")
+
+        def view(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            source = context.make_array(signature.args[0])(context, builder, values[0])
+            made = context.make_array(kind)(context, builder)
+            size = ir.Constant(values[1].type, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+            populate_array(
+                made,
+                data=builder.gep(source.data, [values[1]]),
+                shape=values[2:],
+                strides=[builder.mul(values[3], size), size],
+                itemsize=size,
+                meminfo=None,
+            )
+            return made._getvalue()  # noqa: SLF001
+
+        return kind(numbers, place, rows, width), view
 
     @intrinsic
     def apart(_: Any) -> Any:
@@ -179,8 +207,16 @@ def write_outer(x: Floats32, g: Floats32, out: Floats32) -> None:
 
     x: [rows, in or more], of which the first `in` columns count.
     """
-    out[:] = ZERO
+    clear(out)
     _add_product(x, 1, x.shape[1], g, out)
+
+
+@inner
+def clear(numbers: Floats32) -> None:
+    """Set a matrix to zero."""
+    for r in range(numbers.shape[0]):
+        for j in range(numbers.shape[1]):
+            numbers[r, j] = ZERO
 
 
 @inner

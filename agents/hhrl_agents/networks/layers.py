@@ -12,7 +12,7 @@ from math import prod
 import numpy as np
 
 from hhrl_agents.networks.architectures import NUM_OPTIONS, Architecture, Attended
-from hhrl_agents.networks.arithmetic import ONE, ZERO, add_product, exp, fma, write_outer
+from hhrl_agents.networks.arithmetic import ONE, ZERO, add_product, clear, exp, fma, matrix, write_outer
 from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.observation import SIZE, SYMBOLS
 from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced
@@ -62,16 +62,10 @@ def layout_of(architecture: Architecture, first: int = 0) -> tuple[Ints, int]:
     return layout, place
 
 
-@inner
-def matrix(numbers: Floats32, place: int, rows: int, width: int) -> Floats32:
-    """Return the numbers at a place as [rows, width], a view."""
-    return numbers[place : place + rows * width].reshape((rows, width))
-
-
 @spliced
-def block(work: Floats32, capacity: int, place: int, rows: int, width: int) -> Floats32:
-    """Return a block of the workspace, [rows, width], a view."""
-    return matrix(work, place * capacity, rows, width)
+def block(work: Floats32, capacity: int, place: int, rows: int, width: int, first: int = 0) -> Floats32:
+    """Return rows of a block of the workspace from the `first` on, [rows, width], a view."""
+    return matrix(work, place * capacity + first * width, rows, width)
 
 
 @spliced
@@ -99,16 +93,17 @@ def _forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, 
         at = layout[layer]
         x = block(work, capacity, at[INPUTS], rows, at[FAN_IN])
         y = block(work, capacity, at[OUTPUTS], rows, at[FAN_OUT])
-        _fill_rows(y, parameters[at[BIAS] :])
+        _fill_rows(y, matrix(parameters, at[BIAS], 1, at[FAN_OUT]))
         add_product(x, matrix(parameters, at[WEIGHT], at[FAN_IN], at[FAN_OUT]), y)
         if layer == 0:
             first = layout[1]
             inputs = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
-            _attend(parameters[layout[0, OPTION_WEIGHT] :], layout, states, options, x, y, inputs)
+            of_option = matrix(parameters, layout[0, OPTION_WEIGHT], NUM_OPTIONS, SIZE)
+            _attend(of_option, layout, states, options, x, y, inputs)
         elif layer < layout.shape[0] - 1:
             if layout[0, LAYER_NORM]:
                 norms = block(work, capacity, at[NORMS], rows, at[FAN_OUT])
-                _normalise(y, norms, work[at[FACTORS] * capacity :])
+                _normalise(y, norms, block(work, capacity, at[FACTORS], rows, 1))
             _rectify(y)
     return values_of(layout, work, capacity, rows)
 
@@ -133,10 +128,13 @@ def _read_state(layout: Ints, work: Floats32, capacity: int, states: Floats32, o
 
 @inner
 def _fill_rows(y: Floats32, bias: Floats32) -> None:
-    """Write the bias into every row; loops of their own vectorise, as nothing that they read may change in them."""
+    """Write the bias, [1, width], into every row.
+
+    A loop of its own vectorises, because nothing that it reads can change in it.
+    """
     for r in range(y.shape[0]):
         for j in range(y.shape[1]):
-            y[r, j] = bias[j]
+            y[r, j] = bias[0, j]
 
 
 @inner
@@ -166,11 +164,11 @@ def _attend(
 ) -> None:
     """Write I(s, o) = softmax(Linear(s) + Linear(o)), and s^I = SIZE I * s or SIZE I * Linear(s).
 
-    scored: Linear(s); of_option: the parameters of the other linear layer, row by row.
+    scored: Linear(s); of_option: the weight of the other linear layer, [options, SIZE].
     """
     for r in range(states.shape[0]):
         for j in range(SIZE):
-            weights[r, j] = scored[r, j] + of_option[options[r] * SIZE + j]
+            weights[r, j] = scored[r, j] + of_option[options[r], j]
     _softmax(weights)
     for r in range(states.shape[0]):
         for j in range(SIZE):
@@ -192,7 +190,7 @@ def _softmax(scores: Floats32) -> None:
             highest = max(highest, scores[r, j])
         for j in range(scores.shape[1]):
             powers[r, j] = np.float64(scores[r, j]) - highest
-    _exponentiate(powers.ravel())
+    _exponentiate(powers)
     for r in range(scores.shape[0]):
         total = 0.0
         for j in range(scores.shape[1]):
@@ -203,8 +201,9 @@ def _softmax(scores: Floats32) -> None:
 
 @inner
 def _exponentiate(numbers: Floats) -> None:
+    flat = matrix(numbers, 0, 1, numbers.size)  # one long loop
     for n in range(numbers.size):
-        numbers[n] = exp(numbers[n])
+        flat[0, n] = exp(flat[0, n])
 
 
 @inner
@@ -219,9 +218,9 @@ def _normalise(y: Floats32, norms: Floats32, factors: Floats32) -> None:
         for j in range(y.shape[1]):
             centred = y[r, j] - mean
             variance = fma(centred, centred, variance)
-        factors[r] = ONE / np.sqrt(variance / width + _EPSILON)
+        factors[r, 0] = ONE / np.sqrt(variance / width + _EPSILON)
         for j in range(y.shape[1]):
-            y[r, j] = (y[r, j] - mean) * factors[r]
+            y[r, j] = (y[r, j] - mean) * factors[r, 0]
             norms[r, j] = y[r, j]
 
 
@@ -263,24 +262,24 @@ def backward(
     for back in range(1, layout.shape[0]):
         layer = layout.shape[0] - back
         at = layout[layer]
-        x = block(work, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
-        slope = block(slopes, capacity, at[OUTPUTS], first + rows, at[FAN_OUT])[first:]
+        x = block(work, capacity, at[INPUTS], rows, at[FAN_IN], first)
+        slope = block(slopes, capacity, at[OUTPUTS], rows, at[FAN_OUT], first)
         write_outer(x, slope, matrix(gradient, at[WEIGHT], at[FAN_IN], at[FAN_OUT]))
-        _sum_rows(slope, gradient[at[BIAS] : at[BIAS] + at[FAN_OUT]])
+        _sum_rows(slope, matrix(gradient, at[BIAS], 1, at[FAN_OUT]))
         if layer == 1 and not layout[0, ATTENDED]:
             return
-        turned = scratch[: at[FAN_IN] * at[FAN_OUT]].reshape((at[FAN_OUT], at[FAN_IN]))
+        turned = matrix(scratch, 0, at[FAN_OUT], at[FAN_IN])
         weight = matrix(parameters, at[WEIGHT], at[FAN_IN], at[FAN_OUT])
         _turn(weight, turned)
-        before = block(slopes, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
-        before[:] = ZERO
+        before = block(slopes, capacity, at[INPUTS], rows, at[FAN_IN], first)
+        clear(before)
         add_product(slope, turned, before)
         if layer > 1:
             _stop_at_zero(before, x)
             if layout[0, LAYER_NORM]:
                 last = layout[layer - 1]
-                norms = block(work, capacity, last[NORMS], first + rows, last[FAN_OUT])[first:]
-                _denormalise(before, norms, work[last[FACTORS] * capacity + first :])
+                norms = block(work, capacity, last[NORMS], rows, last[FAN_OUT], first)
+                _denormalise(before, norms, block(work, capacity, last[FACTORS], rows, 1, first))
     _attend_backward(layout, work, slopes, gradient, capacity, first, rows, options)
 
 
@@ -301,10 +300,11 @@ def _stop_at_zero(slope: Floats32, outputs: Floats32) -> None:
 
 @inner
 def _sum_rows(slope: Floats32, out: Floats32) -> None:
-    out[:] = ZERO
+    """Write the sum of the rows, [1, width]."""
+    clear(out)
     for r in range(slope.shape[0]):
         for j in range(slope.shape[1]):
-            out[j] += slope[r, j]
+            out[0, j] += slope[r, j]
 
 
 @inner
@@ -318,7 +318,7 @@ def _denormalise(slope: Floats32, norms: Floats32, factors: Floats32) -> None:
             along = fma(slope[r, j], norms[r, j], along)
         mean, along = mean / width, along / width
         for j in range(slope.shape[1]):
-            slope[r, j] = (slope[r, j] - mean - norms[r, j] * along) * factors[r]
+            slope[r, j] = (slope[r, j] - mean - norms[r, j] * along) * factors[r, 0]
 
 
 @inner
@@ -334,13 +334,13 @@ def _attend_backward(
 ) -> None:
     """Write the gradient by the attention's parameters, given that by s^I in the slopes of the first layer's inputs."""
     features, at = layout[0, FEATURES], layout[1]
-    states = block(work, capacity, 0, first + rows, features)[first:]
-    weights = block(work, capacity, layout[0, WEIGHTS], first + rows, SIZE)[first:]
-    attended = block(work, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
-    slope = block(slopes, capacity, at[INPUTS], first + rows, at[FAN_IN])[first:]
-    scores = block(slopes, capacity, layout[0, SCORED], first + rows, SIZE)[first:]
+    states = block(work, capacity, 0, rows, features, first)
+    weights = block(work, capacity, layout[0, WEIGHTS], rows, SIZE, first)
+    attended = block(work, capacity, at[INPUTS], rows, at[FAN_IN], first)
+    slope = block(slopes, capacity, at[INPUTS], rows, at[FAN_IN], first)
+    scores = block(slopes, capacity, layout[0, SCORED], rows, SIZE, first)
     of_option = matrix(gradient, layout[0, OPTION_WEIGHT], NUM_OPTIONS, SIZE)
-    of_option[:] = ZERO
+    clear(of_option)
     for r in range(rows):
         total = ZERO
         for j in range(SIZE):
@@ -355,7 +355,7 @@ def _attend_backward(
             if layout[0, ATTENDED] == _LINEAR:
                 scores[r, j] = fma(slope[r, j] * weights[r, j], _SIZE, scores[r, j])
     write_outer(states, scores, matrix(gradient, layout[0, WEIGHT], SIZE, SIZE))
-    _sum_rows(scores, gradient[layout[0, BIAS] : layout[0, BIAS] + SIZE])
+    _sum_rows(scores, matrix(gradient, layout[0, BIAS], 1, SIZE))
 
 
 class ValueNetwork:

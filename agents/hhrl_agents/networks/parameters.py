@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hhrl_agents.networks.architectures import Architecture, Parameters, Shapes
-from hhrl_agents.networks.arithmetic import ONE, ZERO, fma
+from hhrl_agents.networks.arithmetic import ONE, ZERO, fma, matrix
 from hhrl_agents.networks.layers import layout_of
 from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.simulation.engine.compilation import inner
@@ -125,41 +125,49 @@ def advance_powers(powers: Floats) -> None:
 
 
 @inner
-def descend(
+def descend(memory: Memory, first: int, last: int, learning_rate: float, max_norm: float) -> None:
+    """Move the parameters from `first` to `last` by a step of Adam; the norm of their gradient counts to `max_norm`."""
+    size, gradient = last - first, matrix(memory.gradient, first, 1, last - first)
+    norm = np.sqrt(_squares(gradient))
+    scale = np.float32(max_norm / (norm + 1e-6)) if norm > max_norm else ONE
+    step = np.float32(learning_rate / (1.0 - memory.powers[0]))
+    spread = np.float32(1.0 / np.sqrt(1.0 - memory.powers[1]))
+    online, mean = matrix(memory.online, first, 1, size), matrix(memory.mean, first, 1, size)
+    _move(online, gradient, mean, matrix(memory.variance, first, 1, size), scale, step, spread)
+
+
+@inner
+def _move(
     online: Floats32,
     gradient: Floats32,
     mean: Floats32,
     variance: Floats32,
-    powers: Floats,
-    learning_rate: float,
-    max_norm: float,
+    scale: np.float32,
+    step: np.float32,
+    spread: np.float32,
 ) -> None:
-    """Move parameters [P] down their gradient by a step of Adam, the gradient's norm clipped to `max_norm`."""
-    norm = np.sqrt(_squares(gradient))
-    scale = np.float32(max_norm / (norm + 1e-6)) if norm > max_norm else ONE
-    step = np.float32(learning_rate / (1.0 - powers[0]))
-    spread = np.float32(1.0 / np.sqrt(1.0 - powers[1]))
-    for p in range(online.size):
-        slope = gradient[p] * scale
-        m = fma(_BETA_1, mean[p], _REST_1 * slope)
-        v = fma(_BETA_2, variance[p], _REST_2 * slope * slope)
+    """Take a step of Adam with numbers [1, P]; all averages are divided by what the first steps lack."""
+    for p in range(online.shape[1]):
+        slope = gradient[0, p] * scale
+        m = fma(_BETA_1, mean[0, p], _REST_1 * slope)
+        v = fma(_BETA_2, variance[0, p], _REST_2 * slope * slope)
         m = ZERO if abs(m) < TINY else m
         v = ZERO if v < TINY else v
-        mean[p], variance[p] = m, v
-        online[p] -= step * m / fma(np.sqrt(v), spread, _EPSILON)
+        mean[0, p], variance[0, p] = m, v
+        online[0, p] -= step * m / fma(np.sqrt(v), spread, _EPSILON)
 
 
 @inner
 def _squares(gradient: Floats32) -> float:
-    """Return the sum of squares, in sixteen lanes that are added in their order."""
+    """Return the sum of squares [1, P], in sixteen lanes that are added in their order."""
     lanes = np.zeros(_LANES)
     whole = gradient.size - gradient.size % _LANES
     for p in range(0, whole, _LANES):
         for lane in range(_LANES):
-            slope = np.float64(gradient[p + lane])
+            slope = np.float64(gradient[0, p + lane])
             lanes[lane] = fma(slope, slope, lanes[lane])
     for p in range(whole, gradient.size):
-        slope = np.float64(gradient[p])
+        slope = np.float64(gradient[0, p])
         lanes[p - whole] = fma(slope, slope, lanes[p - whole])
     total = 0.0
     for lane in range(_LANES):

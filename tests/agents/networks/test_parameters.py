@@ -23,7 +23,8 @@ def parameters(seed: int = 0) -> ParameterSet:
 @kernel
 def step(memory: Memory, gradient: Floats32, learning_rate: float, max_norm: float) -> None:
     advance_powers(memory.powers)
-    descend(memory.online, gradient, memory.mean, memory.variance, memory.powers, learning_rate, max_norm)
+    memory.gradient[:] = gradient
+    descend(memory, 0, gradient.size, learning_rate, max_norm)
 
 
 def test_weights_are_uniform_by_their_fan_in_and_biases_zero() -> None:
