@@ -15,7 +15,7 @@ from hhrl_agents.networks.layers import FAN_IN, FAN_OUT, FEATURES, OUTPUTS, back
 from hhrl_agents.networks.parameters import Memory, advance_powers, descend
 from hhrl_agents.replay.buffer import DISCOUNT, NUMBERS, OPTIONS, REWARDS
 from hhrl_envs.arrays import Floats, Floats32, Ints
-from hhrl_envs.simulation.engine.compilation import inner, kernel
+from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced
 
 
 class Level(NamedTuple):
@@ -135,13 +135,13 @@ def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Se
             next_options = best
 
 
-@inner
+@spliced
 def _is_needed(step: int, level: Level, settings: Settings) -> bool:
     """Return whether a level needs a forward pass: one that does not learn needs its best choices alone."""
     return step == _NEXT_ONLINE or (level.learns and (step != _TARGET or settings.alpha > 0.0))
 
 
-@inner
+@spliced
 def _read_values(
     step: int, level: Level, values: Floats32, choices: Ints, best: Ints, next_values: Floats32, shortfalls: Floats32
 ) -> None:
@@ -158,7 +158,7 @@ def _read_values(
             shortfalls[m] = values[m, _best(values[m], level.mask)] - values[m, choices[m]]
 
 
-@inner
+@spliced
 def _write_errors(
     level: Level,
     batch: Batch,
@@ -178,7 +178,7 @@ def _write_errors(
         errors[m] = target - values[m, choices[m]] - alpha * shortfalls[m]
 
 
-@inner
+@spliced
 def _column(batch: Batch, number: int) -> Ints:
     """Return a whole number of every transition, int64 [M]."""
     column = np.empty(batch.indices.size, np.int64)
@@ -188,7 +188,7 @@ def _column(batch: Batch, number: int) -> Ints:
     return column
 
 
-@inner
+@spliced
 def regress(
     memory: Memory,
     level: Level,
@@ -229,7 +229,7 @@ def regress(
     return loss / size
 
 
-@inner
+@spliced
 def _load(batch: Batch, ahead: bool, level: Level, room: Room) -> None:
     """Write the transitions' states, or the next ones if `ahead`, into the workspace's first block."""
     features = level.layout[0, FEATURES]

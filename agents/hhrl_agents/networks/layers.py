@@ -65,7 +65,8 @@ def layout_of(architecture: Architecture, first: int = 0) -> tuple[Ints, int]:
 @spliced
 def block(work: Floats32, capacity: int, place: int, rows: int, width: int, first: int = 0) -> Floats32:
     """Return rows of a block of the workspace from the `first` on, [rows, width], a view."""
-    return matrix(work, place * capacity + first * width, rows, width)
+    found: Floats32 = matrix(work, place * capacity + first * width, rows, width)
+    return found
 
 
 @spliced
@@ -75,17 +76,12 @@ def values_of(layout: Ints, work: Floats32, capacity: int, rows: int) -> Floats3
     return block(work, capacity, last[OUTPUTS], rows, last[FAN_OUT])
 
 
-@inner
+@spliced
 def forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> Floats32:
     """Return the values [rows, outputs] of the states that lie in the workspace's first block.
 
     options: int64 [rows], read by networks that read one.
     """
-    return _forward(parameters, layout, work, capacity, rows, options)
-
-
-@spliced
-def _forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> Floats32:
     states = block(work, capacity, 0, rows, layout[0, FEATURES])
     attends = layout[0, ATTENDED] > 0
     _read_state(layout, work, capacity, states, options)
@@ -235,13 +231,13 @@ def evaluate(
         for r in range(rows):
             for f in range(seen.shape[1]):
                 seen[r, f] = states[begin + r, f]
-        found = _forward(parameters, layout, work, capacity, rows, options[begin : begin + rows])
+        found = forward(parameters, layout, work, capacity, rows, options[begin : begin + rows])
         for r in range(rows):
             for j in range(found.shape[1]):
                 values[begin + r, j] = found[r, j]
 
 
-@inner
+@spliced
 def backward(
     parameters: Floats32,
     layout: Ints,

@@ -9,7 +9,7 @@ from hhrl_agents.networks.architectures import Architecture, Parameters, Shapes
 from hhrl_agents.networks.arithmetic import ONE, ZERO, fma, matrix
 from hhrl_agents.networks.layers import layout_of
 from hhrl_envs.arrays import Floats, Floats32, Ints
-from hhrl_envs.simulation.engine.compilation import inner
+from hhrl_envs.simulation.engine.compilation import inner, spliced
 from hhrl_envs.state import State, read
 
 _BETA_1, _BETA_2 = np.float32(0.9), np.float32(0.999)
@@ -124,7 +124,7 @@ def advance_powers(powers: Floats) -> None:
     powers[1] *= 0.999
 
 
-@inner
+@spliced
 def descend(memory: Memory, first: int, last: int, learning_rate: float, max_norm: float) -> None:
     """Move the parameters from `first` to `last` by a step of Adam; the norm of their gradient counts to `max_norm`."""
     size, gradient = last - first, matrix(memory.gradient, first, 1, last - first)

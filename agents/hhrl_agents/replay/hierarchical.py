@@ -10,7 +10,7 @@ from hhrl_agents.replay.buffer import Draw, Sampler, UniformSampler
 from hhrl_agents.replay.sum_tree import FAN_OUT, SumTrees, assign, find
 from hhrl_agents.seeding import restore_stream, save_stream
 from hhrl_envs.arrays import Floats, Floats32, Ints
-from hhrl_envs.simulation.engine.compilation import inner, kernel
+from hhrl_envs.simulation.engine.compilation import kernel, spliced
 from hhrl_envs.state import State, read
 
 SCALE_RATE = 0.01
@@ -138,7 +138,7 @@ def _update(
     assign(nodes, starts, indices, priorities)
 
 
-@inner
+@spliced
 def _scale(errors: Floats, magnitude: Floats) -> None:
     """Divide absolute errors [levels, M] by their level's running magnitude, these errors in it."""
     for level in range(errors.shape[0]):
@@ -152,7 +152,7 @@ def _scale(errors: Floats, magnitude: Floats) -> None:
             errors[level, m] /= max(magnitude[level], _SMALLEST)
 
 
-@inner
+@spliced
 def _rank(errors: Floats, kind: int, priorities: Floats) -> None:
     """Write the priorities [trees, M] of absolute errors [levels, M], before floor and exponent."""
     levels = errors.shape[0]

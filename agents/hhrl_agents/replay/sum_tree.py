@@ -7,7 +7,7 @@ errors do not add up. A tree is one row of numbers, its levels one after the oth
 import numpy as np
 
 from hhrl_envs.arrays import Floats, Ints
-from hhrl_envs.simulation.engine.compilation import inner
+from hhrl_envs.simulation.engine.compilation import inner, spliced
 
 FAN_OUT = 8
 
@@ -49,7 +49,7 @@ def assign(nodes: Floats, starts: Ints, indices: Ints, priorities: Floats) -> No
             width *= FAN_OUT
 
 
-@inner
+@spliced
 def find(nodes: Floats, starts: Ints, shares: Floats) -> Ints:
     """Return the leaf at each share, int64 [T, K]: leaf i covers the shares that its priority is of all before it.
 
