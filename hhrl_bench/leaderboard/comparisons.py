@@ -14,8 +14,8 @@ from pydantic import model_validator
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.schema import Finite, Name, Positive, Rate, Record, finite
-from hhrl_bench.statistics.intervals import CONFIDENCE, RESAMPLES, IntervalKind, bootstrap_mean
-from hhrl_envs.arrays import Floats
+from hhrl_bench.statistics.intervals import CONFIDENCE, RESAMPLES, IntervalKind, bootstrap_mean, weighted_sums
+from hhrl_envs.arrays import Floats, Ints
 
 
 class Runs(NamedTuple):
@@ -132,20 +132,26 @@ def _over_runs(x: Floats, y: Floats, rng: np.random.Generator) -> DifferenceReco
     mean = float(np.mean(x) - np.mean(y))
     if not np.isfinite(mean):
         return DifferenceRecord(mean=None, low=None, high=None, interval="none")
-    low, high = _bounds(_weights(len(x), rng) @ x - _weights(len(y), rng) @ y)
+    low, high = _bounds(_resampled_mean(x, rng) - _resampled_mean(y, rng))
     return DifferenceRecord(mean=mean, low=low, high=high, interval="bootstrap-seeds")
 
 
 def _probability_more(x: Floats, y: Floats, rng: np.random.Generator) -> ProbabilityRecord:
     more = shares_more(x, y)
-    resampled = np.einsum("rn,nm,rm->r", _weights(len(x), rng), more, _weights(len(y), rng), optimize=True)
-    low, high = _bounds(np.clip(resampled, 0.0, 1.0))
+    halves = (2.0 * more).astype(np.int64)  # whole numbers add up to the same in any order
+    counted = ((_counts(len(x), rng) @ halves) * _counts(len(y), rng)).sum(axis=1)
+    low, high = _bounds(counted / (2 * more.size))
     return ProbabilityRecord(mean=float(np.mean(more)), low=low, high=high)
 
 
-def _weights(n: int, rng: np.random.Generator) -> Floats:
-    """Return how much each of n runs counts in every resample, [RESAMPLES, n]; each adds up to 1."""
-    return rng.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES) / n
+def _resampled_mean(values: Floats, rng: np.random.Generator) -> Floats:
+    """Return the mean of the values [n] in every resample, [RESAMPLES]."""
+    return weighted_sums(_counts(len(values), rng) / len(values), values)
+
+
+def _counts(n: int, rng: np.random.Generator) -> Ints:
+    """Return how often each of n runs is in every resample, int64 [RESAMPLES, n]."""
+    return rng.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES)
 
 
 def _bounds(resampled: Floats) -> tuple[float, float]:

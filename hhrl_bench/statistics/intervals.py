@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from hhrl_envs.arrays import Floats
+from hhrl_envs.arrays import Flags, Floats
 
 CONFIDENCE = 0.95
 BOOTSTRAP_SEED = 20200725
@@ -84,10 +84,18 @@ def bootstrap_band(curves: Floats, rng: np.random.Generator) -> Band:
     if n > 1:
         weights = rng.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES).astype(np.float64)
         with np.errstate(invalid="ignore"):
-            means = (weights @ values) / (weights @ counted)
+            means = weighted_sums(weights, values) / weighted_sums(weights, counted)
         tail = (1.0 - CONFIDENCE) / 2
         band.low[some], band.high[some] = np.nanquantile(means, (tail, 1.0 - tail), axis=0)
     return band
+
+
+def weighted_sums(weights: Floats, values: Floats | Flags) -> Floats:
+    """Return weights [R, n] times values [n, ...], [R, ...]; every sum is in the order of the n, on any processor."""
+    shape = (len(weights), *(1,) * (values.ndim - 1))
+    return sum(
+        (column.reshape(shape) * value for column, value in zip(weights.T, values, strict=True)), np.zeros(shape)
+    )
 
 
 def interquartile_mean(values: Floats) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hhrl_bench.paper_table import CASES, TABLE_I
-from hhrl_bench.statistics.intervals import bootstrap_band, bootstrap_mean, interquartile_mean, wilson
+from hhrl_bench.statistics.intervals import bootstrap_band, bootstrap_mean, interquartile_mean, weighted_sums, wilson
 
 # The Wilson bounds in percent of k successes in 100, computed by hand from Wilson's formula with z = 1.959964.
 WILSON_OF_100 = {
@@ -97,3 +97,13 @@ def test_the_interquartile_mean_forgets_the_outer_quarters() -> None:
 
 def test_every_case_of_table_i_ended_somehow() -> None:
     assert [row.collision + row.not_stop + row.timeout + row.success for row in TABLE_I] == [CASES] * 5
+
+
+def test_weighted_sums_are_matrix_products_in_the_order_of_the_terms() -> None:
+    rng = np.random.default_rng(0)
+    weights, values, curves = rng.normal(size=(50, 9)), rng.normal(size=9), rng.normal(size=(9, 4))
+    np.testing.assert_allclose(weighted_sums(weights, values), weights @ values, rtol=1e-12)
+    np.testing.assert_allclose(weighted_sums(weights, curves), weights @ curves, rtol=1e-12)
+    large = np.array([1.0, 1e16, -1e16])
+    assert weighted_sums(np.ones((1, 3)), large).tolist() == [0.0]
+    assert weighted_sums(np.ones((1, 3)), large[::-1]).tolist() == [1.0]
