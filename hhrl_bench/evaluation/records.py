@@ -139,16 +139,24 @@ class RunMetricsRecord(_ByMetric):
 
 
 class TrainingRecord(Record):
-    """Where a checkpoint comes from: ``env_steps`` done when it was taken, of a budget of ``budget`` steps."""
+    """Where a checkpoint comes from: ``env_steps`` done when it was taken, of a budget of ``budget`` steps on ``task``.
+
+    ``exact``: the same training leaves the same file on every processor. ``command`` trains this seed again; that of an
+    ``arm`` of a transfer is None, and ``source_sha256`` the checkpoint that it began with, None: it began from nothing.
+    """
 
     seed: Count
     method: Name
     config_hash: Name
     scenario: Name
     spec_hash: Sha256
+    task: Name | None
     env_steps: Count
     budget: Positive | None
+    exact: bool
     command: Name | None
+    arm: Name | None = None
+    source_sha256: Sha256 | None = None
 
 
 class RunTrafficRecord(Record):

@@ -45,7 +45,7 @@ class Reuse:
         fixed: those of the levels that stay as they are.
         epsilon: share of random choices at the first step of training.
         command: what asks for the training on the command line.
-        description: what the run directory says of the way in which the source is reused, as JSON data.
+        arm: what the run directory says of the way in which the source is reused, as JSON data; ``id`` is its name.
     """
 
     source: Source
@@ -53,7 +53,7 @@ class Reuse:
     fixed: tuple[str, ...]
     epsilon: float
     command: str
-    description: Mapping[str, Any]
+    arm: Mapping[str, Any]
 
     def start(self, method: Method, seed: int) -> "Start":
         """Return what the training of a seed of ``method`` begins with."""
@@ -66,8 +66,12 @@ class Reuse:
         return Start(taken, tuple(level for level in self.fixed if level in levels), self.epsilon)
 
     def config(self, seeds: Sequence[int]) -> dict[str, Any]:
-        """Return the description and, unless nothing is taken over, the hashes of the seeds' policies, as JSON data."""
-        return {**self.description, "source": [self.source.sha256[seed] for seed in seeds] if self.levels else []}
+        """Return the arm and, unless nothing is taken over, the hashes of the seeds' policies, as JSON data."""
+        return {"arm": self.arm, "source": [self.source.sha256[seed] for seed in seeds] if self.levels else []}
+
+    def origin(self, seed: int) -> dict[str, str | None]:
+        """Return what the checkpoints of a seed say that it began with, wherever the source lies."""
+        return {"arm": self.arm["id"], "source_sha256": self.source.sha256[seed] if self.levels else None}
 
 
 def load_source(name: str, scenario: Scenario) -> Source:

@@ -74,9 +74,15 @@ class Plan:
     @property
     def command(self) -> str:
         """The command that trains the same again."""
-        if self.reuse:
-            return self.reuse.command
-        words = ["hhrl-bench", "train", self.method.id, "--task", self.task.id, "--seeds", format_seeds(self.seeds)]
+        return self.reuse.command if self.reuse else self._train(self.seeds)
+
+    def origin(self, seed: int) -> dict[str, Any]:
+        """Return what the checkpoints of a seed say of their training; it is the same whatever trains beside it."""
+        begins = self.reuse.origin(seed) if self.reuse else {"command": self._train((seed,))}
+        return {"task": self.task.id, "budget": self.env_steps or None, **begins}
+
+    def _train(self, seeds: Sequence[int]) -> str:
+        words = ["hhrl-bench", "train", self.method.id, "--task", self.task.id, "--seeds", format_seeds(seeds)]
         budget = [] if self.env_steps == self.task.env_steps else ["--env-steps", str(self.env_steps)]
         engine = [] if self.engine == "compiled" else ["--engine", self.engine, "--device", self.device]
         return shlex.join([*words, *budget, *engine])
@@ -239,12 +245,10 @@ class _Training:
 
     def _keep(self, run: SeedRun, row: ReportRow, policy: LearnedAgent) -> None:
         if run.add(row):
-            self._save(self._directory.best(run.seed), policy, row)
+            self._save(self._directory.best(run.seed), run.seed, policy, row)
 
-    def _save(self, path: Path, policy: LearnedAgent, row: ReportRow) -> None:
-        plan = self._plan
-        metadata = {"command": plan.command, "budget": plan.env_steps or None, "validation": row["validation"]}
-        checkpoints.save(path, policy, metadata)
+    def _save(self, path: Path, seed: int, policy: LearnedAgent, row: ReportRow) -> None:
+        checkpoints.save(path, policy, {**self._plan.origin(seed), "validation": row["validation"]})
 
     def _finish(self) -> None:
         """Write the provenance and the last checkpoints; the state goes last, so that a kill loses nothing."""
@@ -253,7 +257,7 @@ class _Training:
         write_atomically(self._directory.provenance(plan.seeds), record.model_dump_json(indent=2) + "\n")
         for run, learner in zip(self._runs, self._learners, strict=True):
             if not run.failed:
-                self._save(self._directory.final(run.seed), learner.policy(), run.curve[-1])
+                self._save(self._directory.final(run.seed), run.seed, learner.policy(), run.curve[-1])
         if self._events:
             self._events.close()
         self._state_path.unlink()

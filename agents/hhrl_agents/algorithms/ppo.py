@@ -70,10 +70,8 @@ class PPOLearner(Learner):
         return self._trained.counter.take()
 
     def _metadata(self) -> dict[str, Any]:
-        metadata = super()._metadata()
-        metadata["versions"]["torch"] = torch.__version__
-        metadata["versions"]["stable_baselines3"] = stable_baselines3.__version__
-        return metadata
+        versions = {"torch": torch.__version__, "stable_baselines3": stable_baselines3.__version__}
+        return {**super()._metadata(), "exact": False, "versions": versions}
 
 
 class OutcomeCounter(BaseCallback):

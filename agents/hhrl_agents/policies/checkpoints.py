@@ -29,7 +29,7 @@ _REQUIRED = (
     "interface_hash",
     "seed",
     "env_steps",
-    "versions",
+    "exact",
 )
 """Metadata without which no checkpoint is accepted; see `hhrl_agents.policies.learned_agent.agent_metadata`."""
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numba
 import numpy as np
 
 from hhrl_agents.agent import NO_OPTION, Decision, HierarchicalAgent
@@ -132,7 +131,11 @@ def given_actions(method: Method, scenario: Scenario, parameters: Parameters) ->
 
 
 def agent_metadata(method: Method, scenario: Scenario, seed: int, env_steps: int) -> dict[str, Any]:
-    """Return the metadata of a trained agent: what it is, where it was trained, how long, with which versions."""
+    """Return the metadata of a trained agent: what it is, where it was trained, how long, and that this is exact.
+
+    They hold nothing of the machine, so that the same training leaves the same file everywhere. A learner that rounds
+    as its libraries do says `"exact": False`, and which versions those are.
+    """
     return {
         "method": method.id,
         "config": method.data(),
@@ -142,7 +145,7 @@ def agent_metadata(method: Method, scenario: Scenario, seed: int, env_steps: int
         "interface_hash": scenario.interface_hash,
         "seed": seed,
         "env_steps": env_steps,
-        "versions": {"numpy": np.__version__, "numba": numba.__version__},
+        "exact": True,
     }
 
 

@@ -102,9 +102,7 @@ class TorchLearner(DoubleDQNLearner):
         )
 
     def _metadata(self) -> dict[str, Any]:
-        metadata = super()._metadata()
-        metadata["versions"]["torch"] = torch.__version__
-        return metadata
+        return {**super()._metadata(), "exact": False, "versions": {"torch": torch.__version__}}
 
 
 def require_device(device: str) -> None:
