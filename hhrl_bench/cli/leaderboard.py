@@ -13,7 +13,9 @@ from hhrl_bench.cli.options import JsonOption
 from hhrl_bench.leaderboard.level import Level
 
 if TYPE_CHECKING:
+    from hhrl_bench.evaluation.store import Store
     from hhrl_bench.leaderboard.findings import Finding
+    from hhrl_bench.leaderboard.record import LeaderboardRecord
 
 leaderboard_app = typer.Typer(help="Read, verify and publish leaderboards.")
 
@@ -48,7 +50,8 @@ def verify(
     ] = None,
     level: LevelOption = Level.REPLAYED,
     sample: Annotated[
-        int | None, typer.Option(min=1, help="Run the agents of so many results again.", show_default="all")
+        int | None,
+        typer.Option(min=1, help="Run so many results again; at retrained, train so many seeds.", show_default="all"),
     ] = None,
     fresh: Annotated[
         int | None, typer.Option(min=1, help="Also score every run in so many worlds drawn anew.", show_default="none")
@@ -59,8 +62,10 @@ def verify(
     as_json: JsonOption = False,
 ) -> None:
     """Verify entries, offline: their files, numbers and agents; exit code 1 where something does not hold."""
-    if sample is not None and level != Level.RERUN:
-        raise typer.BadParameter(f"--level {level} runs no agent again; write --level rerun", param_hint="--sample")
+    if sample is not None and not level.includes(Level.RERUN):
+        raise typer.BadParameter(
+            f"--level {level} runs no agent again; write --level rerun or --level retrained", param_hint="--sample"
+        )
     from hhrl_bench.publishing.publication import INDEX, check_index, entry_paths
 
     announce_compiling()
@@ -149,7 +154,6 @@ def _verify_entry(
     from hhrl_bench.leaderboard.entry import check_spelling, read_entry
     from hhrl_bench.publishing.publication import INDEX
     from hhrl_bench.verification import verify as verification
-    from hhrl_bench.verification.checked_result import checked_results
     from hhrl_bench.verification.rerun import check_fresh
 
     if path.name == INDEX:
@@ -162,11 +166,26 @@ def _verify_entry(
     found += check_spelling(path, board)
     if found:
         return _Verified(path, list(dict.fromkeys(found)), None)
+    return _Verified(path, [], _reached(path, board, store, level, scored=fresh is not None))
+
+
+def _reached(path: Path, board: "LeaderboardRecord", store: "Store", level: Level, *, scored: bool) -> Level:
+    """Return how far an entry was verified, and say what could not be run or trained again."""
+    from hhrl_bench.verification.checked_result import checked_results
+    from hhrl_bench.verification.retrained import trained_seeds
+
     own = [one for one in checked_results(board, store) if not one.playable]
-    if own and (level == Level.RERUN or fresh is not None):
+    if own and (level.includes(Level.RERUN) or scored):
         why = "they are a user's own code" if board.checkpoints_published else "their checkpoints are not published"
         typer.echo(f"hhrl-bench: {path}: {len(own)} of {len(board.results)} results were not run: {why}", err=True)
-    return _Verified(path, [], level.at_most(Level.REPLAYED) if own else level)
+    seeds = trained_seeds(board)
+    rounded = [one for one in seeds if not one.training.exact]
+    if rounded and level.includes(Level.RETRAINED):
+        why = "their library rounds differently on other machines"
+        typer.echo(f"hhrl-bench: {path}: {len(rounded)} of {len(seeds)} seeds were not trained: {why}", err=True)
+    if own:
+        return level.at_most(Level.REPLAYED)
+    return level.at_most(Level.RERUN) if rounded else level
 
 
 def _print_verified(found: Sequence[_Verified]) -> None:

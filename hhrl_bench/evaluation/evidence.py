@@ -1,10 +1,8 @@
 """Evidence: the file of a scored policy that holds its trace and, for every episode, the whole numbers it came to.
 
-It is a safetensors file, gzipped: nothing in it can execute code, and usual tools open it.
+It is a safetensors file, which the store gzips: nothing in it can execute code, and usual tools open it.
 """
 
-import gzip
-import zlib
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -21,9 +19,6 @@ from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
 from hhrl_bench.evaluation.records import RunRecord
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_envs.arrays import Keys
-
-MAX_BYTES = 2**30
-"""No evidence is larger, once it is unpacked."""
 
 _INT8, _INT32 = np.dtype(np.int8), np.dtype(np.int32)
 
@@ -64,7 +59,7 @@ def pack(scored: ScoredEpisodes) -> bytes:
     arrays = {**scored.trace._asdict(), "outcome": records.outcome, **whole}
     if isinstance(records, TrafficRecords):
         arrays |= {"outcomes": records.outcomes, "feasible": records.feasible.astype(np.int8)}
-    return gzip.compress(save({name: np.ascontiguousarray(array) for name, array in arrays.items()}), mtime=0)
+    return save({name: np.ascontiguousarray(array) for name, array in arrays.items()})
 
 
 def _whole_keys() -> list[str]:
@@ -76,7 +71,7 @@ def unpack(data: bytes) -> Evidence:
     """Return what a file's content says.
 
     Raises:
-        RecordError: if it is damaged, too large, or not what ``pack`` writes.
+        RecordError: if it is damaged, or not what ``pack`` writes.
     """
     arrays = _load(data)
     episodes = len(_array(arrays, "steps", _INT32, 1))
@@ -107,14 +102,9 @@ _TRACE = (("steps", _INT32, 1), ("options", _INT8, 2), ("actions", _INT8, 2))
 
 
 def _load(data: bytes) -> Mapping[str, NDArray[Any]]:
-    inflater = zlib.decompressobj(zlib.MAX_WBITS | 16)
     try:
-        content = inflater.decompress(data, MAX_BYTES)
-        _require(inflater.eof and not inflater.unused_data, "one gzip stream of at most 1 GiB, to its end")
-        return dict(load(content))
-    except RecordError:
-        raise
-    except (zlib.error, SafetensorError, ValueError, KeyError, TypeError, MemoryError) as error:
+        return dict(load(data))
+    except (SafetensorError, ValueError, KeyError, TypeError, MemoryError) as error:
         raise RecordError(f"no evidence: {type(error).__name__} {error}") from error
 
 

@@ -1,9 +1,11 @@
-"""A store: the evidence and the checkpoints of scored policies, each file named by its sha256.
+"""A store: the evidence and the checkpoints of scored policies, each file named by the sha256 of its content.
 
 A name that is a hash cannot lead out of the folder, says whether the file is whole, and is the same wherever the same
-policy is published twice.
+policy is published twice. Evidence is gzipped, but named by what it unpacks to, as libraries compress differently.
 """
 
+import gzip
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,9 @@ from hhrl_bench.schema import sha256_of
 
 MAX_BYTES = 32 * 2**20
 """No file of a store is larger."""
+
+MAX_UNPACKED_BYTES = 2**30
+"""No evidence is larger, once it is unpacked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +51,11 @@ class Store:
 
     def add_evidence(self, data: bytes) -> str:
         """Return the sha256 under which the content is kept."""
-        return _add(self.evidence(sha256_of(data)), data)
+        return _add(self.evidence(sha256_of(data)), data, gzip.compress(data, mtime=0))
 
     def add_checkpoint(self, data: bytes) -> str:
         """Return the sha256 under which the content is kept."""
-        return _add(self.checkpoint(sha256_of(data)), data)
+        return _add(self.checkpoint(sha256_of(data)), data, data)
 
     def copy(self, path: Path) -> None:
         """Add a file of another store.
@@ -58,14 +63,15 @@ class Store:
         Raises:
             RecordError: see :func:`read`.
         """
-        _add(self.folder / path.parent.name / path.name, read(path))
+        content = read(path)
+        _add(self.folder / path.parent.name / path.name, content, path.read_bytes())
 
 
 def read(path: Path) -> bytes:
-    """Return the content of a file of a store.
+    """Return the content of a file of a store, unpacked.
 
     Raises:
-        RecordError: if there is none, it is larger than 32 MiB, or it is not what its name says.
+        RecordError: if there is none, it is larger than 32 MiB, it cannot be unpacked, or is not what its name says.
     """
     try:
         with path.open("rb") as file:
@@ -74,13 +80,34 @@ def read(path: Path) -> bytes:
         raise RecordError(f"cannot read {path}: {error.strerror}") from error
     if len(data) > MAX_BYTES:
         raise RecordError(f"{path} is larger than {MAX_BYTES // 2**20} MiB, which no file of a store is")
-    if sha256_of(data) != path.name.split(".")[0]:
-        raise RecordError(f"{path} has been changed: the sha256 of what it holds is {sha256_of(data)}")
-    return data
+    content = _unpacked(data, path) if path.suffix == ".gz" else data
+    if sha256_of(content) != path.name.split(".")[0]:
+        raise RecordError(f"{path} has been changed: the sha256 of what it holds is {sha256_of(content)}")
+    return content
 
 
-def _add(path: Path, data: bytes) -> str:
-    if not path.exists() or path.read_bytes() != data:
+def _unpacked(data: bytes, path: Path) -> bytes:
+    """Return what one gzip stream holds."""
+    inflater = zlib.decompressobj(zlib.MAX_WBITS | 16)
+    try:
+        content = inflater.decompress(data, MAX_UNPACKED_BYTES)
+    except zlib.error as error:
+        raise RecordError(f"{path} has been changed: it cannot be unpacked, {error}") from error
+    if not inflater.eof or inflater.unused_data:
+        raise RecordError(f"{path} has been changed: it is not one gzip stream of at most 1 GiB, to its end")
+    return content
+
+
+def _add(path: Path, content: bytes, data: bytes) -> str:
+    """Write ``data``, which holds ``content``, unless the file holds that already; return the hash in its name."""
+    if not _holds(path, content):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, data)
     return path.name.split(".")[0]
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    try:
+        return read(path) == content
+    except RecordError:
+        return False

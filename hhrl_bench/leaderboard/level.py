@@ -8,13 +8,15 @@ class Level(StrEnum):
 
     schema: it is well-formed, and its tasks are those of this version. recomputed: all that follows from the whole
     numbers of the episodes, from the learning curves and from each other. replayed: the stored decisions, played
-    through the simulator again, come to every number of every result. rerun: the agents decide the same again.
+    through the simulator again, come to every number of every result. rerun: the agents decide the same in every
+    episode again. retrained: the seeds, trained again, leave the same checkpoints.
     """
 
     SCHEMA = "schema"
     RECOMPUTED = "recomputed"
     REPLAYED = "replayed"
     RERUN = "rerun"
+    RETRAINED = "retrained"
 
     def includes(self, other: "Level") -> bool:
         """Return whether this level includes another."""

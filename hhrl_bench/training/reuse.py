@@ -61,7 +61,7 @@ class Reuse:
 
         levels = [level for level in self.levels if level in method.levels]
         prefixes = tuple(f"{level}." for level in levels)
-        parameters = self.source.policies[seed].parameters
+        parameters = self.source.policies[seed].parameters if levels else {}
         taken = {name: value for name, value in parameters.items() if name.startswith(prefixes)}
         return Start(taken, tuple(level for level in self.fixed if level in levels), self.epsilon)
 

@@ -24,25 +24,22 @@ from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Codes, Flags, Keys
 from hhrl_envs.errors import InputError
 
-SAME = 0.9
-"""The share of episodes in which an agent has to decide the same again; an agent of users may round
-differently on another machine, and entries made before networks were evaluated alike everywhere differ in a few."""
-
 
 def rerun(checked: CheckedResult) -> Iterator[Finding]:
-    """Return the runs that do not decide the same again in ``SAME`` of the episodes, of a result that is playable."""
+    """Return the runs that decide otherwise in some episode, run again, of a result that is playable."""
     if not checked.playable:
         return
     for (place, run), evidence in zip(checked.runs(), checked.evidence, strict=True):
         if evidence is None:
             continue
         try:
-            same = np.mean(same_episodes(evidence.trace, run_again(checked, run, checked.seeds).trace))
+            same = same_episodes(evidence.trace, run_again(checked, run, checked.seeds).trace)
         except InputError as error:
             yield Finding(place, f"cannot be run again: {error}")
             continue
-        if same < SAME:
-            yield Finding(place, f"run again, it decides the same in {same:.1%} of the episodes")
+        if not same.all():
+            others = f"in {(~same).sum():,} of {len(same):,} episodes, first in episode {same.argmin()}"
+            yield Finding(place, f"run again, it decides otherwise {others}")
 
 
 def same_episodes(trace: Trace, other: Trace) -> Flags:

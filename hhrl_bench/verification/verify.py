@@ -15,6 +15,7 @@ from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.transfer.summary import recompute
 from hhrl_bench.verification.checked_result import checked_results, played_task
 from hhrl_bench.verification.rerun import rerun
+from hhrl_bench.verification.retrained import retrain
 from hhrl_envs.errors import InputError
 
 
@@ -28,7 +29,8 @@ def verify(
 ) -> Iterator[Finding]:
     """Return what does not hold in an entry, whose files lie in ``store``; nothing if it is verified up to ``level``.
 
-    ``update`` hears how many results are done. Of the results, ``sample`` are run again, drawn by ``seed``; or all.
+    ``update`` hears how much is done. Of the results, ``sample`` are run again, drawn by ``seed``, or all; at the level
+    retrained all are, and ``sample`` of the seeds are trained again.
     """
     try:
         yield from _check_version(board)
@@ -38,7 +40,7 @@ def verify(
     if level == Level.SCHEMA:
         return
     results = checked_results(board, store)
-    count = len(results) if sample is None else min(sample, len(results))
+    count = len(results) if sample is None or level.includes(Level.RETRAINED) else min(sample, len(results))
     again = np.random.default_rng(seed).permutation(len(results))[:count] if level.includes(Level.RERUN) else ()
     for index, result in enumerate(results):
         yield from result.recompute()
@@ -48,6 +50,8 @@ def verify(
             yield from rerun(result)
         update(index + 1, len(results), f"{result.result.agent} on {result.result.task}")
     yield from _check_derived(board, store)
+    if level.includes(Level.RETRAINED):
+        yield from retrain(board, update, sample, seed)
 
 
 def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:

@@ -22,7 +22,7 @@ from hhrl_agents.policies.checkpoint_file import METADATA_KEY, SHIPPED, read_met
 from hhrl_bench import provenance
 from hhrl_bench.evaluation.evidence import unpack
 from hhrl_bench.evaluation.loading import load_agents, training_record
-from hhrl_bench.evaluation.store import Store
+from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard import comparisons
 from hhrl_bench.leaderboard.entry import check_spelling, read_entry
 from hhrl_bench.leaderboard.level import Level
@@ -146,8 +146,9 @@ def attack_index(sandbox: Sandbox, rng: Rng) -> None:
 
 def attack_evidence(sandbox: Sandbox, rng: Rng) -> None:
     (path,) = (sandbox.board.parent / "evidence").iterdir()
-    kept = unpack(hostile.change_gzipped(path.read_bytes(), rng))
-    task = small_training.TASK
+    if rng.random() < 0.2:
+        _with_changed(path, hostile.change_bytes, rng, lambda: read(path))
+    kept, task = unpack(hostile.change_arrays(read(path), rng)), small_training.TASK
     replay([kept], task, task.test.take(small_board.EPISODES))
 
 

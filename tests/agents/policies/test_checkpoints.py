@@ -136,7 +136,7 @@ def test_a_foreign_safetensors_file_is_refused(path: Path) -> None:
     [
         ({"format_version": 2}, "format version 2; this version reads 1"),
         ({"seed": None}, "lack seed"),
-        ({"versions": None, "spec_hash": None}, "lack spec_hash, versions"),
+        ({"exact": None, "spec_hash": None}, "lack spec_hash, exact"),
         ({"interface_hash": "0" * 64}, "another interface"),
         ({"config_hash": "0" * 64}, "config hash"),
         ({"scenario": "unknown-v0"}, "unknown scenario"),

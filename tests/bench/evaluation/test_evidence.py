@@ -1,6 +1,5 @@
 """Evidence: what is packed is unpacked, equal episodes give equal bytes, and everything else is refused in one line."""
 
-import gzip
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 from safetensors.numpy import save
 
 from hhrl_bench.errors import RecordError
-from hhrl_bench.evaluation import evidence
 from hhrl_bench.evaluation.decisions import Trace
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.evaluation.evidence import pack, unpack
@@ -71,7 +69,7 @@ ARRAYS: dict[str, NDArray[Any]] = {
 def content(**changes: NDArray[Any] | None) -> bytes:
     """Return a file with these arrays in place of others; None takes one out."""
     arrays = {name: array for name, array in (ARRAYS | changes).items() if array is not None}
-    return gzip.compress(save(arrays), mtime=0)
+    return save(arrays)
 
 
 def refused(data: bytes) -> str:
@@ -115,12 +113,7 @@ def test_arrays_that_do_not_go_together_are_refused(changes: dict[str, NDArray[A
     assert said in refused(content(**changes))
 
 
-def test_what_is_not_one_whole_stream_is_refused() -> None:
+def test_what_is_no_whole_file_is_refused() -> None:
     data = content()
-    for other in (b"", data[:-1], data[: len(data) // 2], data + b"\0", data + data, gzip.decompress(data)):
+    for other in (b"", data[:-1], data[: len(data) // 2], data + b"\0", data + data):
         refused(other)
-
-
-def test_a_bomb_is_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evidence, "MAX_BYTES", 10_000)
-    assert "at most" in refused(gzip.compress(b"\0" * 10**6))

@@ -1,5 +1,6 @@
 """A store holds what its files' names say, and refuses everything else."""
 
+import gzip
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,7 @@ def test_adding_twice_writes_once_and_mends_what_was_damaged(store: Store) -> No
     before = path.stat().st_mtime_ns
     store.add_evidence(b"data")
     assert path.stat().st_mtime_ns == before
-    path.write_bytes(b"date")
+    path.write_bytes(gzip.compress(b"date"))
     store.add_evidence(b"data")
     assert read(path) == b"data"
     assert len(list(store.folder.rglob("*.gz"))) == 1
@@ -36,13 +37,39 @@ def test_adding_twice_writes_once_and_mends_what_was_damaged(store: Store) -> No
 
 @pytest.mark.parametrize("other", [b"", b"Data", b"data ", b"dat"])
 def test_another_content_or_another_name_is_refused(store: Store, other: bytes) -> None:
-    path = store.evidence(store.add_evidence(b"data"))
-    renamed = path.with_name(f"{'0' * 64}.safetensors.gz")
+    evidence, checkpoint = store.evidence(store.add_evidence(b"data")), store.checkpoint(store.add_checkpoint(b"data"))
+    renamed = checkpoint.with_name(f"{'0' * 64}.safetensors")
     renamed.write_bytes(b"data")
-    path.write_bytes(other)
-    for changed in (path, renamed):
+    checkpoint.write_bytes(other)
+    evidence.write_bytes(gzip.compress(other))
+    for changed in (evidence, checkpoint, renamed):
         with pytest.raises(RecordError, match="has been changed: the sha256 of what it holds is"):
             read(changed)
+
+
+def test_evidence_is_the_same_however_it_is_compressed(store: Store) -> None:
+    path = store.evidence(store.add_evidence(b"data" * 99))
+    before = path.read_bytes()
+    path.write_bytes(gzip.compress(b"data" * 99, compresslevel=0))
+    assert path.read_bytes() != before
+    assert read(path) == b"data" * 99
+
+
+def test_evidence_that_is_not_one_whole_stream_is_refused(store: Store) -> None:
+    path = store.evidence(store.add_evidence(b"data"))
+    data = path.read_bytes()
+    for other in (b"", data[:-1], data[: len(data) // 2], data + b"\0", data + data, b"data"):
+        path.write_bytes(other)
+        with pytest.raises(RecordError, match="has been changed: it ") as caught:
+            read(path)
+        assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_bomb_is_not_unpacked(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stores, "MAX_UNPACKED_BYTES", 10_000)
+    path = store.evidence(store.add_evidence(b"\0" * 10**6))
+    with pytest.raises(RecordError, match="it is not one gzip stream of at most 1 GiB"):
+        read(path)
 
 
 def test_what_is_missing_or_too_large_is_refused(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,7 +85,7 @@ def test_a_copy_is_whole_or_not_made(store: Store, tmp_path: Path) -> None:
     path, other = store.evidence(store.add_evidence(b"data")), Store(tmp_path / "other")
     other.copy(path)
     assert read(other.evidence(sha256_of(b"data"))) == b"data"
-    path.write_bytes(b"date")
+    path.write_bytes(gzip.compress(b"date"))
     third = Store(tmp_path / "third")
     with pytest.raises(RecordError):
         third.copy(path)

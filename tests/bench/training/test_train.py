@@ -73,7 +73,9 @@ def test_the_command_trains_and_its_run_can_be_evaluated(tmp_path: Path) -> None
         assert record.training.method == "hybrid-hrl"
         assert record.training.budget == STEPS
         assert record.training.env_steps in {0, STEPS}  # whichever validation chose
-        assert record.training.command == "hhrl-bench train hybrid-hrl --task stop-line-v0 --seeds 0,2 --env-steps 2400"
+        assert record.training.exact
+        command = f"hhrl-bench train hybrid-hrl --task stop-line-v0 --seeds {record.training.seed} --env-steps 2400"
+        assert record.training.command == command
 
 
 @pytest.mark.parametrize(
@@ -87,7 +89,7 @@ def test_other_methods_are_trained_and_evaluated_by_the_same_commands(method: st
     evaluated = invoke("evaluate", str(folder), "--task", task, "--episodes", "25", "--json")
     record = EvaluationRecord.model_validate_json(evaluated.stdout).results[0].runs[0].training
     assert record is not None
-    assert (record.method, record.budget) == (method, 640)
+    assert (record.method, record.budget, record.exact) == (method, 640, method != "ppo")
     (last,) = load_agents(folder / "seed-0.final.safetensors", get_scenario(get_task(task).scenario))
     assert last.training is not None
     assert last.training.env_steps == 640
@@ -235,6 +237,7 @@ def test_the_engine_torch_trains_and_says_so(tmp_path: Path) -> None:
     (last,) = load_agents(folder / "seed-0.final.safetensors", SCENARIO)
     assert last.training is not None
     assert str(last.training.command).endswith("--env-steps 2400 --engine torch --device cpu")
+    assert not last.training.exact
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ pytest.importorskip("torch")
 from hhrl_bench.evaluation.episodes import EpisodeRecords
 from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
 from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
-from hhrl_bench.evaluation.store import Store
+from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard import comparisons
 from hhrl_bench.leaderboard.entry import MAX_ENTRY_BYTES, check_spelling, read_entry, write_entry
 from hhrl_bench.leaderboard.findings import Finding
@@ -181,7 +181,7 @@ def test_a_checkpoint_that_is_not_there_hides_nothing_else(path: Path, data: Any
 def replace_evidence(path: Path, data: Any, result: int, **arrays: Any) -> None:
     """Give a result's first run evidence that differs in some arrays, under the hash of what it then is."""
     store, place = Store(path.parent), ("results", result, "runs", 0, "evidence_sha256")
-    kept = unpack(store.evidence(at(data, place)).read_bytes())
+    kept = unpack(read(store.evidence(at(data, place))))
     path.write_text(json.dumps(put(data, place, store.add_evidence(repack(kept._replace(**arrays))))))
 
 
@@ -197,7 +197,7 @@ def repack(kept: Evidence) -> bytes:
 
 def test_evidence_that_only_its_own_decisions_contradict_is_found(path: Path, data: Any) -> None:
     """The order of the outcomes changes no mean, but the intervals of paired differences."""
-    kept = unpack(Store(path.parent).evidence(at(data, ("results", 0, "runs", 0, "evidence_sha256"))).read_bytes())
+    kept = unpack(read(Store(path.parent).evidence(at(data, ("results", 0, "runs", 0, "evidence_sha256")))))
     turned = kept.outcome[::-1].copy()
     assert not np.array_equal(turned, kept.outcome)
     replace_evidence(path, data, 0, outcome=turned)

@@ -1,0 +1,121 @@
+"""Seeds of an entry, trained again from what it says of them, leave the same checkpoints, or are named."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from hhrl_bench.evaluation.records import RunRecord
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.level import Level
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.suites.study import suite_study
+from hhrl_bench.suites.suites import Suite, TrainingSuite, TransferSuite
+from hhrl_bench.tasks.tasks import TASKS
+from hhrl_bench.verification import retrained
+from hhrl_bench.verification.retrained import retrain, trained_seeds
+from hhrl_bench.verification.verify import verify
+from support.small_training import STEPS, small_methods
+
+SEEDS = (0, 2)
+TRAININGS = TrainingSuite("tiny", (("ddqn", "stop-line-v0"), ("hybrid-hrl", "stop-line-v0")), SEEDS, 5)
+REUSE = TransferSuite("moved", ("hybrid-hrl",), "stop-line-v0", ("stop-line-wet-v0", "option-only-v0"), (0,), 200, 5)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small() -> Iterator[None]:
+    with small_methods() as patch:
+        patch.setattr("hhrl_bench.transfer.transfer.REPORTS", 2)
+        patch.setattr(
+            "hhrl_bench.tasks.tasks.TASKS", {name: replace(task, env_steps=STEPS) for name, task in TASKS.items()}
+        )
+        yield
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("suites")
+
+
+def board_of(suite: Suite, folder: Path) -> LeaderboardRecord:
+    study = suite_study(suite, folder)
+    return study.leaderboard(list(study.run()))
+
+
+@pytest.fixture(scope="module")
+def board(folder: Path) -> LeaderboardRecord:
+    return board_of(TRAININGS, folder)
+
+
+def with_run(board: LeaderboardRecord, result: int, number: int, run: RunRecord) -> LeaderboardRecord:
+    """Return the entry with another run."""
+    runs = [*board.results[result].runs]
+    runs[number] = run
+    results = [*board.results]
+    results[result] = results[result].model_copy(update={"runs": tuple(runs)})
+    return board.model_copy(update={"results": tuple(results)})
+
+
+def test_the_seeds_of_an_entry_leave_the_same_checkpoints(board: LeaderboardRecord, folder: Path) -> None:
+    assert len(trained_seeds(board)) == 4
+    heard: list[tuple[int, int, str]] = []
+    assert list(retrain(board, lambda *said: heard.append(said))) == []
+    assert [(done, total) for done, total, _ in heard if done == total] == [(STEPS, STEPS)] * 4
+    assert heard[-1][2].startswith("train hybrid-hrl on stop-line-v0, seed 2: validation success ")
+    assert list(verify(board, Store(folder), Level.RETRAINED, sample=1)) == []
+
+
+def test_every_trained_arm_of_a_transfer_is_trained_again_and_its_source_before_it(tmp_path: Path) -> None:
+    moved = board_of(REUSE, tmp_path)
+    arms = [one.training.arm for one in trained_seeds(moved)]
+    assert arms == [None, "frozen-action", "fine-tune", "scratch", "fine-tune", "scratch"]
+    assert list(retrain(moved)) == []
+    sourceless = moved.model_copy(update={"results": moved.results[1:]})
+    said = {finding.place: finding.said for finding in retrain(sourceless)}
+    assert list(said) == ["results[1].runs[0]", "results[2].runs[0]", "results[5].runs[0]"]
+    assert all("is not among the results" in problem for problem in said.values())
+
+
+def test_another_checkpoint_or_another_training_is_found(board: LeaderboardRecord) -> None:
+    run = board.results[1].runs[1]
+    assert run.training is not None
+    other = with_run(board, 1, 1, run.model_copy(update={"checkpoint_sha256": "0" * 64}))
+    (finding,) = retrain(other)
+    assert finding.place == "results[1].runs[1].checkpoint_sha256"
+    assert finding.said == f"trained again, seed 2 leaves {run.checkpoint_sha256}"
+    for change, problem in (
+        ({"seed": 1}, "trained again, seed 1 leaves"),
+        ({"budget": STEPS // 2}, "trained again, seed 2 leaves"),
+        ({"config_hash": "other"}, "cannot be trained again: this version's hybrid-hrl has other settings"),
+        ({"method": "unheard-of"}, "cannot be trained again: unknown method 'unheard-of'"),
+        ({"task": "unheard-of"}, "cannot be trained again: unknown task 'unheard-of'"),
+    ):
+        changed = run.model_copy(update={"training": run.training.model_copy(update=dict(change))})
+        (finding,) = retrain(with_run(board, 1, 1, changed))
+        assert finding.place.startswith("results[1].runs[1]")
+        assert finding.said.startswith(problem)
+
+
+def test_what_is_not_exact_is_left_out(board: LeaderboardRecord, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = board.results[1].runs[1]
+    assert run.training is not None
+    inexact = run.model_copy(update={"training": run.training.model_copy(update={"exact": False})})
+    other = with_run(board, 1, 1, inexact.model_copy(update={"checkpoint_sha256": "0" * 64}))
+    assert list(retrain(other)) == []
+    monkeypatch.setattr(retrained, "train", lambda _: pytest.fail("trained"))
+    with pytest.raises(pytest.fail.Exception):
+        list(retrain(other, sample=3))
+
+
+@pytest.mark.parametrize("sample", [1, 2, 9])
+def test_so_many_are_drawn_by_the_seed(board: LeaderboardRecord, sample: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    again: list[str] = []
+    monkeypatch.setattr(retrained, "train", lambda plan: again.append(f"{plan.method.id} {plan.seeds[0]}") or ())
+    drawn = []
+    for seed in (0, 0, 1, 2, 3):
+        assert len(list(retrain(board, sample=sample, seed=seed))) == min(sample, 4)
+        drawn.append(again.copy())
+        again.clear()
+    assert drawn[0] == drawn[1]
+    assert len({*map(tuple, drawn)}) > 1 or sample == 9
