@@ -3,7 +3,9 @@ PYTHON ?= python3
 BIN := .venv/bin
 INPUTS ?= 100000
 
-.PHONY: help bench test lint fuzz benchmark docs interop cluster kills
+EXACT := PYTHONPATH=tests $(BIN)/python -m support.exactness
+
+.PHONY: help bench test lint fuzz benchmark docs exact exact-arm64 interop cluster kills
 
 help:
 	@echo "make bench      score the agents of the quick suite, print their leaderboard and compare it with the published one"
@@ -12,6 +14,8 @@ help:
 	@echo "make fuzz       give hostile input to all that reads some, INPUTS times"
 	@echo "make benchmark  measure the simulator's speed, next to its peers'"
 	@echo "make docs       write the API documentation, one page a module, into site/"
+	@echo "make exact      compare trajectories, decisions and trainings with those of kernels for a plain x86-64 processor"
+	@echo "make exact-arm64 compare them with those of an emulated ARM64 one; needs Debian's qemu-user-static and mmdebstrap"
 	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
@@ -38,6 +42,20 @@ benchmark: .venv/installed-peers
 docs: .venv/installed-docs
 	$(BIN)/python docs/api.py site
 
+exact: .venv/installed
+	mkdir -p runs/exact
+	$(EXACT) > runs/exact/here
+	NUMBA_CPU_NAME=x86-64 NUMBA_CPU_FEATURES= NUMBA_CACHE_DIR=runs/exact/kernels $(EXACT) > runs/exact/plain
+	diff runs/exact/here runs/exact/plain && echo "equal: all $$(wc -l < runs/exact/here) digests"
+
+exact-arm64: .venv/installed .venv-arm64/installed
+	mkdir -p runs/exact
+	$(EXACT) > runs/exact/here
+	qemu-aarch64-static -L .venv-arm64/root -E NUMBA_CACHE_DIR=runs/exact/arm64-kernels \
+		-E PYTHONPATH=.venv-arm64/site:.:agents:environments:tests \
+		.venv-arm64/root/usr/bin/python3 -m support.exactness > runs/exact/arm64
+	diff runs/exact/here runs/exact/arm64 && echo "equal: all $$(wc -l < runs/exact/here) digests"
+
 interop: .venv-ray/installed-interop
 	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/views/test_interop_rllib.py
 
@@ -60,4 +78,13 @@ kills: .venv/installed-dev
 .venv-ray/installed-interop: pyproject.toml constraints-interop.txt
 	test -x .venv-ray/bin/python || $(PYTHON) -m venv .venv-ray
 	.venv-ray/bin/pip install --quiet --disable-pip-version-check --constraint constraints-interop.txt --editable '.[interop]'
+	touch $@
+
+# Debian 12's Python 3.11 for ARM64, unpacked, and wheels for it; nothing of it needs root.
+.venv-arm64/installed: pyproject.toml constraints.txt
+	rm -rf .venv-arm64 && mkdir .venv-arm64
+	mmdebstrap --quiet --architectures=arm64 --variant=extract --include=python3,libstdc++6 bookworm .venv-arm64/root
+	$(BIN)/pip install --quiet --disable-pip-version-check --target .venv-arm64/site --constraint constraints.txt \
+		--only-binary=:all: --python-version 3.11 --platform manylinux_2_28_aarch64 --platform manylinux2014_aarch64 \
+		$$($(BIN)/python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'])")
 	touch $@

@@ -195,9 +195,9 @@ def attack_outcome(sandbox: Sandbox, rng: Rng) -> None:
 
 def attack_name(_: Sandbox, rng: Rng) -> None:
     name = hostile.agent_name(rng)
-    for read in (parse_seeds, lambda text: load_agents(text, SCENARIO)):
+    for parse in (parse_seeds, lambda text: load_agents(text, SCENARIO)):
         try:
-            read(name)
+            parse(name)
         except InputError as error:
             require_one_line(str(error))
 

@@ -13,6 +13,7 @@ from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites.study import suite_study
 from hhrl_bench.suites.suites import Suite, TrainingSuite, TransferSuite
 from hhrl_bench.tasks.tasks import TASKS
+from hhrl_bench.training.train import Plan, Report
 from hhrl_bench.verification import retrained
 from hhrl_bench.verification.retrained import retrain, trained_seeds
 from hhrl_bench.verification.verify import verify
@@ -111,7 +112,12 @@ def test_what_is_not_exact_is_left_out(board: LeaderboardRecord, monkeypatch: py
 @pytest.mark.parametrize("sample", [1, 2, 9])
 def test_so_many_are_drawn_by_the_seed(board: LeaderboardRecord, sample: int, monkeypatch: pytest.MonkeyPatch) -> None:
     again: list[str] = []
-    monkeypatch.setattr(retrained, "train", lambda plan: again.append(f"{plan.method.id} {plan.seeds[0]}") or ())
+
+    def train(plan: Plan) -> Iterator[Report]:
+        again.append(f"{plan.method.id} {plan.seeds[0]}")
+        return iter(())
+
+    monkeypatch.setattr(retrained, "train", train)
     drawn = []
     for seed in (0, 0, 1, 2, 3):
         assert len(list(retrain(board, sample=sample, seed=seed))) == min(sample, 4)
