@@ -13,7 +13,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
-from hhrl_envs.arrays import Floats32
+from hhrl_envs.arrays import Floats, Floats32
 from hhrl_envs.simulation.engine.compilation import inner
 
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     def _add_tile_4_4(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
 
     def _add_tile_4_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
+
+    def _add_tile_8_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
 
     def _add_tile_1_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
 
@@ -144,7 +146,7 @@ else:
 
         return tile
 
-    _add_tile_4_4, _add_tile_4_1, _add_tile_1_1 = _tile(4, 4), _tile(4, 1), _tile(1, 1)
+    _add_tile_4_4, _add_tile_4_1, _add_tile_8_1, _add_tile_1_1 = _tile(4, 4), _tile(4, 1), _tile(8, 1), _tile(1, 1)
 
 
 _LOG2_E = 1.4426950408889634
@@ -193,6 +195,13 @@ def power(x: float, exponent: float) -> float:
 
 
 @inner
+def raise_all(numbers: Floats, exponent: float) -> None:
+    """Raise numbers of at least 0 to a power, in a loop of its own, which vectorises."""
+    for n in range(numbers.size):
+        numbers[n] = power(numbers[n], exponent)
+
+
+@inner
 def add_product(x: Floats32, w: Floats32, out: Floats32) -> None:
     """Add x w to `out`, each sum in the order of its terms; w: [terms, width], out: [rows, width].
 
@@ -230,13 +239,13 @@ def _add_product(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Float
     whole = width - width % LANES
     _add_tiles(x, by_row, by_term, w, out, whole)
     if whole < width:
-        columns, sums = np.empty((terms, LANES), np.float32), np.empty((rows, LANES), np.float32)
+        columns, sums = np.zeros((terms, LANES), np.float32), np.zeros((rows, LANES), np.float32)
         for i in range(terms):
-            for lane in range(LANES):
-                columns[i, lane] = w[i, whole + lane] if whole + lane < width else ZERO
+            for lane in range(width - whole):
+                columns[i, lane] = w[i, whole + lane]
         for r in range(rows):
-            for lane in range(LANES):
-                sums[r, lane] = out[r, whole + lane] if whole + lane < width else ZERO
+            for lane in range(width - whole):
+                sums[r, lane] = out[r, whole + lane]
         _add_tiles(x, by_row, by_term, columns, sums, LANES)
         for r in range(rows):
             for lane in range(width - whole):
@@ -248,6 +257,9 @@ def _add_tiles(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats3
     """Add the product to the first columns of `out`, a whole number of vectors; see `_add_product`."""
     apart()
     rows, r = out.shape[0], 0
+    while width == LANES and r + 8 <= rows:  # a sum waits for the one before it, so that a vector alone needs more rows
+        _add_tile_8_1(x, by_row, by_term, w, out, r, 0)
+        r += 8
     while r < rows:
         j, is_whole = 0, r + 4 <= rows
         while j < width:

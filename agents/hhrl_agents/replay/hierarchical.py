@@ -5,7 +5,7 @@ import numpy as np
 from hhrl_agents.agent import ACTION, OPTION
 from hhrl_agents.methods.configs import DoubleDQNConfig
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.arithmetic import power
+from hhrl_agents.networks.arithmetic import raise_all
 from hhrl_agents.replay.buffer import Draw, Sampler, UniformSampler
 from hhrl_agents.replay.sum_tree import FAN_OUT, SumTrees, assign, find
 from hhrl_agents.seeding import restore_stream, save_stream
@@ -102,8 +102,10 @@ def _draw(nodes: Floats, starts: Ints, uniforms: Floats, stored: int, beta: floa
         for child in range(FAN_OUT):
             total += nodes[t, child]
         for k in range(size):
-            chance = nodes[t, starts[-1] + found[t, k]] / total
-            shares[t, k] = 1.0 / power(stored * chance, beta)
+            shares[t, k] = stored * (nodes[t, starts[-1] + found[t, k]] / total)
+        raise_all(shares[t], beta)
+        for k in range(size):
+            shares[t, k] = 1.0 / shares[t, k]
             largest = max(largest, shares[t, k])
         for k in range(size):
             weights[t, k] = np.float32(shares[t, k] / largest)
@@ -133,7 +135,9 @@ def _update(
     _rank(scaled, kind, priorities)
     for t in range(nodes.shape[0]):
         for m in range(indices.size):
-            priorities[t, m] = power(priorities[t, m] + floor, exponent)
+            priorities[t, m] += floor
+        raise_all(priorities[t], exponent)
+        for m in range(indices.size):
             highest[t] = max(highest[t], priorities[t, m])
     assign(nodes, starts, indices, priorities)
 
