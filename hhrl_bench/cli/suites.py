@@ -101,9 +101,10 @@ def run(
     else:
         folder = work or Path("runs") / suite
         study = suite_study(chosen, folder)
-    board = _publish(study, out or folder / "entry.json", folder, execution)
-    if not agent:
-        _compare(board, Path("leaderboards") / f"{suite}.json")
+    path, published = out or folder / "entry.json", Path("leaderboards") / f"{suite}.json"
+    board = _publish(study, path, folder, execution)
+    if not agent and path.resolve() != published.resolve():
+        _compare(board, published)
 
 
 @suites_app.command()

@@ -93,6 +93,24 @@ def test_what_each_part_adds(part: str, to: str) -> None:
     assert f"| {part} | `{to}` | {difference.mean:+.3f} ({difference.low:+.3f}, {difference.high:+.3f}) |" in PAGE
 
 
+@pytest.mark.parametrize(
+    ("better", "worse", "points"),
+    [
+        ("ddqn", "hrl-1", "0.10 points (0.03, 0.18)"),
+        ("ddqn", "hrl-3", "0.07 points (0.02, 0.12)"),
+        ("ddqn", "hybrid-hrl", "0.13 points (0.04, 0.24)"),
+        ("hrl-0", "hybrid-hrl", "0.13 points (0.04, 0.24)"),
+        ("hrl-2", "hrl-1", "0.09 points (0.02, 0.17)"),
+    ],
+)
+def test_which_methods_succeed_more_often(better: str, worse: str, points: str) -> None:
+    (one,) = (one for one in BOARD.comparisons if {one.agent, one.other} == {better, worse})
+    percent, found = 100.0 if one.agent == better else -100.0, one.difference
+    numbers = [percent * (bound or 0.0) for bound in (found.mean, found.low, found.high)]
+    assert points == f"{numbers[0]:.2f} points ({min(numbers[1:]):.2f}, {max(numbers[1:]):.2f})"
+    assert points in " ".join(PAGE.split())
+
+
 @pytest.mark.parametrize("row", TRAININGS)
 def test_the_three_trainings(row: str) -> None:
     board = read_entry(ROOT / "leaderboards" / "trainings.json")
