@@ -1,0 +1,48 @@
+"""docs/traffic.md says of egos behind the adversary what the published leaderboard holds."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from hhrl_bench.evaluation.records import ResultRecord, RunTrafficRecord
+from hhrl_bench.leaderboard.entry import read_entry
+
+ROOT = Path(__file__).parents[3]
+PAGE = (ROOT / "docs" / "traffic.md").read_text()
+RESULTS = {
+    result.agent: result
+    for result in read_entry(ROOT / "leaderboards" / "robustness.json").results
+    if result.task == "adversary-v0"
+}
+ROWS = {"Double DQN": "ddqn", "Hybrid HRL": "hybrid-hrl", "Hybrid HRL plus": "hybrid-hrl-plus"}
+
+
+def counts(result: ResultRecord) -> list[RunTrafficRecord]:
+    return [run.traffic for run in result.runs if run.traffic]
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_the_success_behind_the_adversary(row: str) -> None:
+    result = RESULTS[ROWS[row]]
+    (line,) = re.findall(rf"^\| {row} \| (.*%) \|$", PAGE, re.MULTILINE)
+    cells = str(line).split(" | ")
+    assert result.traffic is not None
+    assert result.traffic.success_feasible.mean is not None
+    assert cells[0] == f"{result.traffic.success_feasible.mean:.1%}"
+    shares = [100 * one.success_feasible / one.feasible for one in counts(result)]
+    assert cells[-1] == ", ".join(f"{share:.1f}" for share in shares) + "%"
+
+
+def test_no_rule_has_failed_behind_it() -> None:
+    for agent in ("rule-3", "rule-4", "rule-plus"):
+        assert all(one.success_feasible == one.feasible for one in counts(RESULTS[agent]))
+
+
+def test_how_often_the_adversary_succeeds_without_a_collision_of_its_own() -> None:
+    succeeded = {
+        row: sum(one.vehicles[1].get("success", 0) for one in counts(RESULTS[agent])) / 5_000
+        for row, agent in ROWS.items()
+    }
+    said = "Double DQN fail in {:.0%} of all episodes, Hybrid HRL in {:.0%} and Hybrid HRL plus in {:.0%}"
+    assert said.format(*succeeded.values()) in " ".join(PAGE.split())
