@@ -1,6 +1,6 @@
 """Results with 95% intervals beside the paper's own rows, every training seed of them, and the worst cases."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from hhrl_bench import paper_table
 from hhrl_bench.evaluation.metrics import METRICS, Metric, columns
@@ -93,7 +93,7 @@ def _notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
     if task.id in paper_table.TABLE_I_TASKS:
         source = f"The paper's rows: Table I, {CASES} cases"
         lines.append(Note(f"{source}, Wilson.", f"{source}."))
-    lines += [Note(note) for result in results if (note := _trained_elsewhere(task, result))]
+    lines += [Note(note) for result in results for note in _of_training(task, result)]
     return [*lines, *map(Note, _traffic(task, results))]
 
 
@@ -150,10 +150,14 @@ def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
     ]
 
 
-def _trained_elsewhere(task: TaskRecord, result: ResultRecord) -> str | None:
-    """Return the note that an agent was trained in other scenarios than the task's; None if it was not."""
-    others = {run.training.scenario for run in result.runs if run.training} - {task.scenario}
-    return f"{result.agent} was trained in {', '.join(sorted(others))}." if others else None
+def _of_training(task: TaskRecord, result: ResultRecord) -> Iterator[str]:
+    """Yield what is to be known of an agent's training: other scenarios than the task's, and that it is not exact."""
+    trainings = [run.training for run in result.runs if run.training]
+    others = {training.scenario for training in trainings} - {task.scenario}
+    if others:
+        yield f"{result.agent} was trained in {', '.join(sorted(others))}."
+    if not all(training.exact for training in trainings):
+        yield f"{result.agent}: the same training gives other policies on other machines; the policies decide the same."
 
 
 WORST_CASES = (

@@ -71,7 +71,7 @@ class PPOLearner(Learner):
 
     def _metadata(self) -> dict[str, Any]:
         versions = {"torch": torch.__version__, "stable_baselines3": stable_baselines3.__version__}
-        return {**super()._metadata(), "exact": False, "versions": versions}
+        return {**super()._metadata(), "versions": versions}
 
 
 class OutcomeCounter(BaseCallback):

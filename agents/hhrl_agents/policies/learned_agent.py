@@ -130,11 +130,10 @@ def given_actions(method: Method, scenario: Scenario, parameters: Parameters) ->
     return act
 
 
-def agent_metadata(method: Method, scenario: Scenario, seed: int, env_steps: int) -> dict[str, Any]:
-    """Return the metadata of a trained agent: what it is, where it was trained, how long, and that this is exact.
+def agent_metadata(method: Method, scenario: Scenario, seed: int, env_steps: int, *, exact: bool) -> dict[str, Any]:
+    """Return the metadata of a trained agent: what it is, where it was trained, how long, and whether that is exact.
 
-    They hold nothing of the machine, so that the same training leaves the same file everywhere. A learner that rounds
-    as its libraries do says `"exact": False`, and which versions those are.
+    They hold nothing of the machine, so that the same training leaves the same file everywhere, if it is `exact`.
     """
     return {
         "method": method.id,
@@ -145,7 +144,7 @@ def agent_metadata(method: Method, scenario: Scenario, seed: int, env_steps: int
         "interface_hash": scenario.interface_hash,
         "seed": seed,
         "env_steps": env_steps,
-        "exact": True,
+        "exact": exact,
     }
 
 

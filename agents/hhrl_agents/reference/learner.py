@@ -30,6 +30,8 @@ class TorchLearner(DoubleDQNLearner):
     device: where torch computes, "cpu" or "cuda".
     """
 
+    exact = False
+
     def __init__(
         self,
         method: Method,
@@ -102,7 +104,7 @@ class TorchLearner(DoubleDQNLearner):
         )
 
     def _metadata(self) -> dict[str, Any]:
-        return {**super()._metadata(), "exact": False, "versions": {"torch": torch.__version__}}
+        return {**super()._metadata(), "versions": {"torch": torch.__version__}}
 
 
 def require_device(device: str) -> None:

@@ -99,9 +99,11 @@ class Learner(ABC):
         env_steps: environment steps so far.
         updates: gradient steps so far.
         runs_in_threads: whether learners may run in threads beside each other.
+        exact: whether the same training leaves the same bits on every machine.
     """
 
     runs_in_threads: bool = False
+    exact: bool = False
 
     def __init__(self, method: Method, scenario: Scenario, seed: int, losses: Sequence[str]) -> None:
         self.method, self.scenario, self.seed = method, scenario, seed
@@ -156,7 +158,7 @@ class Learner(ABC):
         return None
 
     def _metadata(self) -> dict[str, Any]:
-        return agent_metadata(self.method, self.scenario, self.seed, self.env_steps)
+        return agent_metadata(self.method, self.scenario, self.seed, self.env_steps, exact=self.exact)
 
     def _add_losses(self, losses: Iterable[float]) -> None:
         """Add what was measured once of every loss, in the order of their names, to the next report."""
@@ -190,6 +192,8 @@ class ValueLearner(Learner):
         parameters: those of all networks.
         levels: the names of the levels that learn.
     """
+
+    exact = True
 
     def __init__(
         self,

@@ -31,7 +31,7 @@ def agent_of(name: str, seed: int = 4) -> LearnedAgent:
     method = METHODS[name]
     drawn = ParameterSet(architectures(method, MAIN.num_actions), generator(seed, Purpose.INITIALISATION))
     parameters = {**drawn.snapshot(), **frozen_parameters(method)}
-    return make_agent(method, MAIN, parameters, agent_metadata(method, MAIN, seed, 1_000))
+    return make_agent(method, MAIN, parameters, agent_metadata(method, MAIN, seed, 1_000, exact=True))
 
 
 @pytest.fixture

@@ -59,7 +59,7 @@ def test_the_levels_that_are_learned_are_in_the_file(
     kind: str, inputs: list[str], outputs: list[str], tmp_path: Path
 ) -> None:
     method = method_of(kind)
-    metadata = agent_metadata(method, MAIN, 0, 0)
+    metadata = agent_metadata(method, MAIN, 0, 0, exact=True)
     agent = make_agent(method, MAIN, parameters_of(method, MAIN, seed=0), metadata)
     parity = subject.export_onnx(agent, tmp_path / "agent.onnx")
     assert parity.equal == parity.states

@@ -90,6 +90,8 @@ def test_other_methods_are_trained_and_evaluated_by_the_same_commands(method: st
     record = EvaluationRecord.model_validate_json(evaluated.stdout).results[0].runs[0].training
     assert record is not None
     assert (record.method, record.budget, record.exact) == (method, 640, method != "ppo")
+    said = invoke("evaluate", str(folder), "--task", task, "--episodes", "25").stdout
+    assert ("the same training gives other policies on other machines" in " ".join(said.split())) == (method == "ppo")
     (last,) = load_agents(folder / "seed-0.final.safetensors", get_scenario(get_task(task).scenario))
     assert last.training is not None
     assert last.training.env_steps == 640
