@@ -32,9 +32,12 @@ def worth(row: TransferRecord | None) -> list[str]:
     if row is None or row.over_scratch is None:
         return ["", ""]
     ratio, forward = row.over_scratch.steps_ratio, row.over_scratch.forward_transfer
+    gain = f"{forward.mean:+.2f} ({forward.low:.2f}, {forward.high:.2f})"
+    if ratio.at_least == 0.0 and ratio.at_most is None:
+        return ["unknown", gain]
     at = f"{ratio.at_least:.2f}" if ratio.at_most is not None else f"at least {ratio.at_least:.2f}"
     high = "no bound" if ratio.high is None else f"{ratio.high:.2f}"
-    return [f"{at} ({ratio.low:.2f}, {high})", f"{forward.mean:+.2f} ({forward.low:.2f}, {forward.high:.2f})"]
+    return [f"{at} ({ratio.low:.2f}, {high})", gain]
 
 
 def table() -> dict[tuple[str, str], list[str]]:
