@@ -27,7 +27,7 @@ def test_shipped_policies_are_equal_in_every_random_state(method: str, tmp_path:
     checkpoint = min((SHIPPED / method).glob("seed-*.safetensors"))
     parity = subject.export_onnx(checkpoint, tmp_path / "agent.onnx")
     assert parity.states == parity.equal == 4096
-    assert 0.0 < parity.difference < 1e-4
+    assert parity.difference < 1e-4  # none on some processors
 
 
 def test_the_file_says_what_it_is_and_nothing_of_where_it_was_made(tmp_path: Path) -> None:

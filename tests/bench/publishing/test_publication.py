@@ -69,7 +69,10 @@ def test_a_folder_is_built_once_and_then_verified(folder: Path) -> None:
     assert result.exit_code == 0, result.stdout
     assert "tiny.json: rerun" in result.stdout
     result = invoke("leaderboard", "verify", str(folder), "--sample", "1")
-    said = "hhrl-bench: Invalid value for --sample: --level replayed runs no agent again; write --level rerun\n"
+    said = (
+        "hhrl-bench: Invalid value for --sample: --level replayed runs no agent again; "
+        "write --level rerun or --level retrained\n"
+    )
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", said)
 
 
