@@ -1,13 +1,13 @@
 """Training seeds of an entry trained again, from what their checkpoints say, to the same files."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
 
-from hhrl_bench.evaluation.records import RunRecord, TrainingRecord
+from hhrl_bench.evaluation.records import TrainingRecord
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.record import LeaderboardRecord
@@ -67,8 +67,7 @@ class _Retraining:
 
     def __init__(self, board: LeaderboardRecord, folder: Path, update: Update) -> None:
         self._folder, self._update = folder, update
-        runs = [run for result in board.results for run in result.runs]
-        self._runs: Mapping[str | None, RunRecord] = {run.checkpoint_sha256: run for run in runs}
+        self._trainings = {one.sha256: one.training for one in trained_seeds(board)}
 
     def checkpoint(self, training: TrainingRecord) -> Path:
         """Return the chosen checkpoint of a training that was done again."""
@@ -95,7 +94,7 @@ class _Retraining:
         sha256, scenario = training.source_sha256, get_scenario(training.scenario)
         if sha256 is None:
             return Source("nothing", get_method(training.method), scenario.id, {}, {})
-        run = self._runs.get(sha256)
-        if run is None or run.training is None or run.training.arm:
+        source = self._trainings.get(sha256)
+        if source is None or source.arm:
             raise InputError(f"its source {sha256} is not among the results")
-        return load_source(str(self.checkpoint(run.training).parent), scenario)
+        return load_source(str(self.checkpoint(source).parent), scenario)
