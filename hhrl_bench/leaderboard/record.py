@@ -68,10 +68,10 @@ class LeaderboardRecord(Record):
         return self
 
     def _require(self, what: str, names: Sequence[tuple[str, str]]) -> None:
-        known = {task.id for task in self.tasks}
+        known = [task.id for task in self.tasks]
         for agent, task in names:
             if task not in known:
-                raise ValueError(f"{agent} has a {what} on {task}, which is not among the tasks")
+                raise ValueError(f"{agent} has a {what} on {task}, which is not among the tasks {', '.join(known)}")
             if names.count((agent, task)) > 1:
                 raise ValueError(f"{agent} has two {what}s on {task}; keep one")
 
