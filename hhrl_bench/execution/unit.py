@@ -24,9 +24,19 @@ class Unit(Protocol):
     def check(self) -> None:
         """Raise an ``InputError`` if it is plain from the outset that ``run`` cannot succeed."""
 
-    def run(self, update: Update = silent) -> TimedResult:
+    def run(self, update: Update = silent) -> "Outcome":
         """Return the outcome and the seconds it took; call ``update`` with how far it is."""
 
+
+class Trained(NamedTuple):
+    """What has come of a unit whose files are what other units go on with: how long it took, and a word about it."""
+
+    seconds: float
+    note: str
+
+
+Outcome = TimedResult | Trained
+"""What comes of a unit: a result of the leaderboard, or files."""
 
 Stages = Sequence[Sequence[Unit]]
 """Units in the order in which they can be done: those of a stage need what the stages before it have left."""
@@ -39,7 +49,7 @@ class Done(NamedTuple):
     """
 
     unit: Unit
-    outcome: TimedResult | None
+    outcome: Outcome | None
     failure: str = ""
     lost: bool = False
 
@@ -72,7 +82,8 @@ def unit_status(done: Done, seconds: float) -> UnitStatus:
     name, outcome = one_line(done.unit.name), done.outcome
     if outcome is None:
         return UnitStatus(unit=name, state="failed", note=one_line(done.failure), seconds=seconds)
-    note = f"success {outcome.result.metrics.success.mean:.1%}"
+    is_result = isinstance(outcome, TimedResult)
+    note = f"success {outcome.result.metrics.success.mean:.1%}" if is_result else one_line(outcome.note)
     return UnitStatus(unit=name, state="done", note=note, seconds=outcome.seconds)
 
 

@@ -16,7 +16,7 @@ from hhrl_bench.execution.unit import Done, Stages, Unit
 from hhrl_bench.leaderboard.entry import build_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites.suites import Curves, Suite
-from hhrl_bench.suites.units import arm_trainings
+from hhrl_bench.suites.units import arm_trainings, seed_trainings
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_bench.training.learning_curves import read_outcomes
@@ -75,8 +75,8 @@ class Study:
 
     def leaderboard(self, done: Sequence[Done], executor: str = "local") -> LeaderboardRecord:
         """Return the leaderboard of all units, in their own order whatever the order they were done in."""
-        outcomes: dict[str, TimedResult] = {one.unit.name: one.outcome for one in done if one.outcome}
-        results = [outcomes[unit.name] for unit in self.units]
+        outcomes = {one.unit.name: one.outcome for one in done}
+        results = [found for unit in self.units if isinstance(found := outcomes[unit.name], TimedResult)]
         tasks = [task_record(task, self.episodes) for task in self.tasks]
         trainings = [read_outcomes(training.folder, training.seeds) for training in self.curves.trainings]
         transfer = transfer_record(self.curves.transfers)
@@ -113,7 +113,7 @@ def transfer_study(
                 f"nothing of {loaded.method.id} can be reused in a training on {task.id}; name another target"
             )
     store = Store(folder)
-    units = [arm for one in transfers for arm in arm_trainings(one, loaded.method, episodes, store)]
+    arms = [arm for one in transfers for arm in arm_trainings(one, loaded.method, episodes, store)]
     words = ["hhrl-bench", "transfer", "--source", source, *(word for one in targets for word in ("--target", one))]
     words += ["--seeds", format_seeds(chosen), "--env-steps", str(env_steps), "--episodes", str(episodes)]
-    return Study("transfer", shlex.join(words), tasks, episodes, [units], Curves(transfers=transfers), store)
+    return Study("transfer", shlex.join(words), tasks, episodes, [seed_trainings(arms), arms], Curves(transfers=transfers), store)

@@ -16,7 +16,7 @@ from hhrl_agents import METHODS
 from hhrl_bench.errors import SuiteError, UnknownSuiteError
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.unit import Stages
-from hhrl_bench.suites.units import Evaluation, Training, arm_trainings
+from hhrl_bench.suites.units import Evaluation, Training, arm_trainings, seed_trainings
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.transfer.transfer import Transfer, sensible_arms
 
@@ -95,7 +95,7 @@ class TransferSuite:
         return (self.source, *self.targets)
 
     def stages(self, folder: Path) -> Stages:
-        """Return the trainings of the sources, then all arms, target by target."""
+        """Return the trainings of the sources, seed by seed, then those of all arms, target by target."""
         task, store = get_task(self.source), Store(folder)
         sources = [
             Training(method, task, self.seeds, self.episodes, _source(folder, method), store) for method in self.agents
@@ -105,7 +105,7 @@ class TransferSuite:
             for method, transfer in self._transfers(folder)
             for arm in arm_trainings(transfer, METHODS[method], self.episodes, store)
         ]
-        return [sources, arms]
+        return [seed_trainings(sources), [*sources, *seed_trainings(arms)], arms]
 
     def curves(self, folder: Path) -> Curves:
         """Return every method's transfer to every target in which something of it can be reused."""
@@ -143,9 +143,10 @@ class TrainingSuite:
         return tuple(dict.fromkeys(task for _, task in self.pairs))
 
     def stages(self, folder: Path) -> Stages:
-        """Return what needs no training, then the trainings."""
+        """Return what needs no training, then the trainings, seed by seed, and what they have come to."""
         untrained = ScoreSuite(self.id, self.untrained, self.tasks, self.episodes)
-        return [*untrained.stages(folder), self._trainings(folder)]
+        trainings = self._trainings(folder)
+        return [*untrained.stages(folder), seed_trainings(trainings), trainings]
 
     def curves(self, folder: Path) -> Curves:
         """Return the trainings."""

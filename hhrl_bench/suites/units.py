@@ -1,12 +1,12 @@
-"""Units: the smallest pieces of a suite's work, each of which any process can do and whose outcome is one result.
+"""Units: the smallest pieces of a suite's work, each of which any process can do.
 
-A unit that trains keeps everything in a run directory of its own, so that a stopped one goes on. The outcome of every
-unit is a file, so that a finished one is not done again while nothing about it has changed.
+A unit trains one seed, in the run directory of its training, so that a stopped one goes on; or its outcome is one
+result, kept in a file, so that a finished one is not done again while nothing about it has changed.
 """
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TimedResult
 from hhrl_bench.evaluation.results import Update, evaluate_agent, silent
 from hhrl_bench.evaluation.store import Store, read
+from hhrl_bench.execution.unit import Trained
 from hhrl_bench.provenance import code_sha256
 from hhrl_bench.schema import Record, Sha256
 from hhrl_bench.tasks.tasks import Task
@@ -66,7 +67,9 @@ class Evaluation:
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """One method trained on one task, its chosen checkpoints evaluated there.
+    """One method trained on one task; what it comes to is its chosen checkpoints, evaluated there.
+
+    Its seeds have been trained before, by the units of ``seed_trainings``.
 
     Attributes:
         method: id of the method.
@@ -98,6 +101,14 @@ class Training:
         """The method, the arm and the task."""
         return f"{self.agent} on {self.task.id}"
 
+    def plan(self) -> "Plan":
+        """Return the training of all seeds; an arm's source is trained by now."""
+        from hhrl_bench.training.train import Plan, get_method  # noqa: PLC0415
+
+        if self.transfer is not None:
+            return self.transfer.plan(self.arm, self.transfer.load())
+        return Plan(get_method(self.method), self.task, self.seeds, self.task.env_steps, self.folder)
+
     def check(self) -> None:
         """Raise an ``InputError`` if the method or its library is missing, or an arm was begun with another source.
 
@@ -110,32 +121,51 @@ class Training:
             if extra is not None:
                 require(*extra)
         elif self.folder.exists():
-            RunDirectory(self.folder).require_config(self._plan().config())
+            RunDirectory(self.folder).require_config(self.plan().config())
 
     def run(self, update: Update = silent) -> TimedResult:
-        """Return the result of the chosen checkpoints, trained first where they are not yet."""
-        from hhrl_bench.training.train import train  # noqa: PLC0415
-
-        plan = self._plan()
-        for report in train(plan, resume=True):
-            update(report.env_steps, plan.env_steps, report.note)
+        """Return the result of the chosen checkpoints."""
         path = self.folder / OUTCOME_FILE.format(self.episodes)
         return keep_outcome(path, self._score, str(self.folder), self.task, self.store)
-
-    def _plan(self) -> "Plan":
-        from hhrl_bench.training.train import Plan, get_method  # noqa: PLC0415
-
-        if self.transfer is not None:
-            return self.transfer.plan(self.arm, self.transfer.load())
-        return Plan(get_method(self.method), self.task, self.seeds, self.task.env_steps, self.folder)
 
     def _score(self) -> TimedResult:
         started = time.perf_counter()
         result = evaluate_agent(str(self.folder), self.task, self.episodes, store=self.store)
         failed = tuple(seed for seed in failed_seeds(self.folder) if seed in self.seeds)
         result = result.model_copy(update={"agent": self.agent, "failed_seeds": failed})
-        seconds = RunDirectory(self.folder).seconds(self.seeds) + time.perf_counter() - started
-        return TimedResult(result=result, seconds=seconds)
+        trained = sum(map(RunDirectory(self.folder).seconds, self.seeds))
+        return TimedResult(result=result, seconds=trained + time.perf_counter() - started)
+
+
+@dataclass(frozen=True, slots=True)
+class SeedTraining:
+    """One seed of a training, which depends on no other one."""
+
+    training: Training
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """The training and the seed."""
+        return f"{self.training.name}, seed {self.seed}"
+
+    def check(self) -> None:
+        """Do nothing: the training, which comes later, is checked for all its seeds."""
+
+    def run(self, update: Update = silent) -> Trained:
+        """Train the seed, unless that is done; its checkpoints lie in the run directory."""
+        from hhrl_bench.training.train import train  # noqa: PLC0415
+
+        plan, note = replace(self.training.plan(), seeds=(self.seed,)), "trained before"
+        for report in train(plan, resume=True):
+            note = report.note
+            update(report.env_steps, plan.env_steps, note)
+        return Trained(RunDirectory(plan.folder).seconds(self.seed), note)
+
+
+def seed_trainings(trainings: Iterable[Training]) -> list[SeedTraining]:
+    """Return the units that train every seed of these trainings."""
+    return [SeedTraining(training, seed) for training in trainings for seed in training.seeds]
 
 
 def arm_trainings(transfer: Transfer, method: Method, episodes: int, store: Store) -> list[Training]:

@@ -44,7 +44,8 @@ class Reuse:
         levels: whose parameters are taken over; a seed takes those of the source's policy of the same seed.
         fixed: those of the levels that stay as they are.
         epsilon: share of random choices at the first step of training.
-        command: what asks for the training on the command line.
+        seeds: all that are trained in this way, this one and those beside it.
+        command: what asks for their training on the command line.
         arm: what the run directory says of the way in which the source is reused, as JSON data; ``id`` is its name.
     """
 
@@ -52,6 +53,7 @@ class Reuse:
     levels: tuple[str, ...]
     fixed: tuple[str, ...]
     epsilon: float
+    seeds: tuple[int, ...]
     command: str
     arm: Mapping[str, Any]
 
@@ -65,9 +67,9 @@ class Reuse:
         taken = {name: value for name, value in parameters.items() if name.startswith(prefixes)}
         return Start(taken, tuple(level for level in self.fixed if level in levels), self.epsilon)
 
-    def config(self, seeds: Sequence[int]) -> dict[str, Any]:
-        """Return the arm and, unless nothing is taken over, the hashes of the seeds' policies, as JSON data."""
-        return {"arm": self.arm, "source": [self.source.sha256[seed] for seed in seeds] if self.levels else []}
+    def config(self) -> dict[str, Any]:
+        """Return the arm and, unless nothing is taken over, the hashes of all seeds' policies, as JSON data."""
+        return {"arm": self.arm, "source": [self.source.sha256[seed] for seed in self.seeds] if self.levels else []}
 
     def origin(self, seed: int) -> dict[str, str | None]:
         """Return what the checkpoints of a seed say that it began with, wherever the source lies."""

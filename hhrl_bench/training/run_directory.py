@@ -52,10 +52,10 @@ class RunDirectory:
         """Return the path of the provenance of seeds that were trained side by side."""
         return self.folder / f"provenance-seeds-{format_seeds(seeds)}.json"
 
-    def seconds(self, seeds: Sequence[int]) -> float:
-        """Return how long the training of these seeds, which has ended, took; 0 if nothing says so."""
+    def seconds(self, seed: int) -> float:
+        """Return how long the training of a seed by itself, which has ended, took; 0 if nothing says so."""
         try:
-            record = ProvenanceRecord.model_validate_json(self.provenance(seeds).read_bytes())
+            record = ProvenanceRecord.model_validate_json(self.provenance((seed,)).read_bytes())
             return sum(record.wall_seconds.values())
         except (OSError, ValidationError):
             return 0.0

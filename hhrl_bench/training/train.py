@@ -99,7 +99,7 @@ class Plan:
             "env_steps": self.env_steps,
             "validation_episodes": VALIDATION_EPISODES,
             **({} if self.engine == "compiled" else {"engine": self.engine, "device": self.device}),
-            **({"transfer": self.reuse.config(self.seeds)} if self.reuse else {}),
+            **({"transfer": self.reuse.config()} if self.reuse else {}),
             **({} if self.task.ego is None else {"ego": self.task.ego}),
         }
 

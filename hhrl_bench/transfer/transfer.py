@@ -127,7 +127,7 @@ class Transfer:
         own = arms[arm]
         method = target_method(source.method, self.target, self.env_steps)
         steps = self.env_steps if own.trains else 0
-        reuse = Reuse(source, own.carries, own.fixed, own.epsilon, self.command, asdict(own))
+        reuse = Reuse(source, own.carries, own.fixed, own.epsilon, self.seeds, self.command, asdict(own))
         return Plan(method, self.target, self.seeds, steps, self.folder_of(arm), reuse=reuse)
 
     def folder_of(self, arm: str) -> Path:

@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
 from hhrl_envs.arrays import Floats, Floats32
-from hhrl_envs.simulation.engine.compilation import inner
+from hhrl_envs.simulation.engine.compilation import inner, spliced
 
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     def _add_tile_4_4(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
 
-    def _add_tile_4_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
+    def _add_tile_1_4(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
 
     def _add_tile_8_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
 
@@ -101,43 +101,65 @@ else:
         """Return what adds x w to so many rows and vectors of `out` from (r, j) on, its sums kept in registers.
 
         A loop over the terms multiplies an element of x, in every lane, with a vector of w. LLVM does not find these
-        vectors by itself.
+        vectors by itself. A single vector may be cut short where the columns end.
         """
         vector = ir.VectorType(ir.FloatType(), LANES)
-        lane, lanes = ir.IntType(32), ir.VectorType(ir.IntType(32), LANES)
+        flags, lane, lanes = (ir.VectorType(ir.IntType(bits), LANES) for bits in (1, 32, 64))
 
         def add_tile(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             x, w, out = (context.make_array(signature.args[k])(context, builder, values[k]) for k in (0, 3, 4))
             by_row, by_term, r, j = (values[k] for k in (1, 2, 5, 6))
-            fused = ir.FunctionType(vector, [vector] * 3)
-            multiply_add = cgutils.get_or_insert_function(builder.module, fused, f"llvm.fma.v{LANES}f32")
+            width = cgutils.unpack_tuple(builder, w.shape, 2)[1]
+
+            def declared(name: str, result: Any, *arguments: Any) -> Any:
+                return cgutils.get_or_insert_function(builder.module, ir.FunctionType(result, arguments), name)
 
             def further(index: Any, count: int) -> Any:
                 return builder.add(index, ir.Constant(index.type, count))
 
+            def in_every_lane(element: Any, kind: Any) -> Any:
+                undefined = ir.Constant(kind, ir.Undefined)
+                first = builder.insert_element(undefined, element, ir.Constant(ir.IntType(32), 0))
+                return builder.shuffle_vector(first, undefined, ir.Constant(lane, [0] * LANES))
+
             def vectors_at(array: Any, row: Any) -> list[Any]:
-                width = cgutils.unpack_tuple(builder, array.shape, 2)[1]
                 first = builder.add(builder.mul(row, width), j)
                 places = [builder.gep(array.data, [further(first, LANES * v)]) for v in range(vectors)]
                 return [builder.bitcast(place, vector.as_pointer()) for place in places]
 
-            def in_every_lane(element: Any) -> Any:
-                undefined = ir.Constant(vector, ir.Undefined)
-                first = builder.insert_element(undefined, element, ir.Constant(lane, 0))
-                return builder.shuffle_vector(first, undefined, ir.Constant(lanes, [0] * LANES))
+            def load(place: Any) -> Any:
+                if vectors > 1:
+                    return builder.load(place, align=4)
+                zeros = ir.Constant(vector, None)
+                return builder.call(masked_load, [place, align, inside, zeros])
+
+            def store(numbers: Any, place: Any) -> None:
+                if vectors > 1:
+                    builder.store(numbers, place, align=4)
+                else:
+                    builder.call(masked_store, [numbers, place, align, inside])
+
+            align, pointer = ir.Constant(ir.IntType(32), 4), vector.as_pointer()
+            numbered = ir.Constant(lanes, list(range(LANES)))
+            inside = builder.icmp_signed("<", numbered, in_every_lane(builder.sub(width, j), lanes))
+            masked_load = declared(f"llvm.masked.load.v{LANES}f32.p0v{LANES}f32", vector, pointer, align.type, flags, vector)
+            masked_store = declared(
+                f"llvm.masked.store.v{LANES}f32.p0v{LANES}f32", ir.VoidType(), vector, pointer, align.type, flags
+            )
+            multiply_add = declared(f"llvm.fma.v{LANES}f32", vector, vector, vector, vector)
 
             places = [vectors_at(out, further(r, row)) for row in range(rows)]
-            sums = [[cgutils.alloca_once_value(builder, builder.load(at, align=4)) for at in row] for row in places]
+            sums = [[cgutils.alloca_once_value(builder, load(at)) for at in row] for row in places]
             with cgutils.for_range(builder, cgutils.unpack_tuple(builder, w.shape, 2)[0]) as loop:
-                factors = [builder.load(at, align=4) for at in vectors_at(w, loop.index)]
+                factors = [load(at) for at in vectors_at(w, loop.index)]
                 for row in range(rows):
                     place = builder.add(builder.mul(further(r, row), by_row), builder.mul(loop.index, by_term))
-                    element = in_every_lane(builder.load(builder.gep(x.data, [place]), align=4))
+                    element = in_every_lane(builder.load(builder.gep(x.data, [place]), align=4), vector)
                     for factor, kept in zip(factors, sums[row], strict=True):
                         builder.store(builder.call(multiply_add, [element, factor, builder.load(kept)]), kept)
             for row in range(rows):
                 for at, kept in zip(places[row], sums[row], strict=True):
-                    builder.store(builder.load(kept), at, align=4)
+                    store(builder.load(kept), at)
             return context.get_dummy_value()
 
         @intrinsic
@@ -146,7 +168,7 @@ else:
 
         return tile
 
-    _add_tile_4_4, _add_tile_4_1, _add_tile_8_1, _add_tile_1_1 = _tile(4, 4), _tile(4, 1), _tile(8, 1), _tile(1, 1)
+    _add_tile_4_4, _add_tile_1_4, _add_tile_8_1, _add_tile_1_1 = _tile(4, 4), _tile(1, 4), _tile(8, 1), _tile(1, 1)
 
 
 _LOG2_E = 1.4426950408889634
@@ -201,23 +223,23 @@ def raise_all(numbers: Floats, exponent: float) -> None:
         numbers[n] = power(numbers[n], exponent)
 
 
-@inner
+@spliced
 def add_product(x: Floats32, w: Floats32, out: Floats32) -> None:
     """Add x w to `out`, each sum in the order of its terms; w: [terms, width], out: [rows, width].
 
     x: [rows, terms or more], of which the first `terms` columns count.
     """
-    _add_product(x, x.shape[1], 1, w, out)
+    _add_product(x, x.shape[1], np.int64(1), w, out)
 
 
-@inner
+@spliced
 def write_outer(x: Floats32, g: Floats32, out: Floats32) -> None:
     """Write x^T g, each sum in the order of the rows; g: [rows, width], out: [in, width].
 
     x: [rows, in or more], of which the first `in` columns count.
     """
     clear(out)
-    _add_product(x, 1, x.shape[1], g, out)
+    _add_product(x, np.int64(1), x.shape[1], g, out)
 
 
 @inner
@@ -232,44 +254,25 @@ def clear(numbers: Floats32) -> None:
 def _add_product(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32) -> None:
     """Add to out[r, j] the sum over i of x w[i, j], where x is that at `r by_row + i by_term` of its numbers.
 
-    Columns that fill no vector are computed in a copy that does.
+    A sum waits for the one before it, so that eight rows or four vectors are computed beside each other.
     """
     apart()
-    rows, terms, width = out.shape[0], w.shape[0], w.shape[1]
-    whole = width - width % LANES
-    _add_tiles(x, by_row, by_term, w, out, whole)
-    if whole < width:
-        columns, sums = np.zeros((terms, LANES), np.float32), np.zeros((rows, LANES), np.float32)
-        for i in range(terms):
-            for lane in range(width - whole):
-                columns[i, lane] = w[i, whole + lane]
-        for r in range(rows):
-            for lane in range(width - whole):
-                sums[r, lane] = out[r, whole + lane]
-        _add_tiles(x, by_row, by_term, columns, sums, LANES)
-        for r in range(rows):
-            for lane in range(width - whole):
-                out[r, whole + lane] = sums[r, lane]
-
-
-@inner
-def _add_tiles(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, width: int) -> None:
-    """Add the product to the first columns of `out`, a whole number of vectors; see `_add_product`."""
-    apart()
-    rows, r = out.shape[0], 0
-    while width == LANES and r + 8 <= rows:  # a sum waits for the one before it, so that a vector alone needs more rows
-        _add_tile_8_1(x, by_row, by_term, w, out, r, 0)
-        r += 8
-    while r < rows:
-        j, is_whole = 0, r + 4 <= rows
-        while j < width:
-            if is_whole and j + 4 * LANES <= width:
+    rows, width, j = out.shape[0], out.shape[1], 0
+    while j < width:
+        r = 0
+        if j + 4 * LANES <= width:
+            while r + 4 <= rows:
                 _add_tile_4_4(x, by_row, by_term, w, out, r, j)
-                j += 4 * LANES
-            else:
-                if is_whole:
-                    _add_tile_4_1(x, by_row, by_term, w, out, r, j)
-                else:
-                    _add_tile_1_1(x, by_row, by_term, w, out, r, j)
-                j += LANES
-        r += 4 if is_whole else 1
+                r += 4
+            while r < rows:
+                _add_tile_1_4(x, by_row, by_term, w, out, r, j)
+                r += 1
+            j += 4 * LANES
+        else:
+            while r + 8 <= rows:
+                _add_tile_8_1(x, by_row, by_term, w, out, r, j)
+                r += 8
+            while r < rows:
+                _add_tile_1_1(x, by_row, by_term, w, out, r, j)
+                r += 1
+            j += LANES

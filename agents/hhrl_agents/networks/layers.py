@@ -12,8 +12,9 @@ from math import prod
 import numpy as np
 
 from hhrl_agents.networks.architectures import NUM_OPTIONS, Architecture, Attended
-from hhrl_agents.networks.arithmetic import ONE, ZERO, add_product, clear, exp, fma, matrix, write_outer
-from hhrl_envs.arrays import Floats, Floats32, Ints
+from hhrl_agents.networks.arithmetic import ONE, ZERO, add_product, clear, fma, matrix, write_outer
+from hhrl_agents.networks.attention import attend, attend_backward
+from hhrl_envs.arrays import Floats32, Ints
 from hhrl_envs.observation import SIZE, SYMBOLS
 from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced
 from hhrl_envs.sub_goals import SSL
@@ -21,12 +22,12 @@ from hhrl_envs.sub_goals import SSL
 _LINEAR = int(Attended.LINEAR)
 _LINE = tuple(SYMBOLS.index(element.symbol) for element in SSL.elements)
 _EPSILON = np.float32(1e-5)  # what layer normalisation adds to the variance
-_SIZE = np.float32(SIZE)
 
 # Columns of the layout; places of blocks are per row of the workspace. A row is a fully connected layer: the first one
 # that of the attention, where there is some, the others those of the values.
 WEIGHT, BIAS, FAN_IN, FAN_OUT, INPUTS, OUTPUTS, NORMS, FACTORS = range(8)
-# More columns of the first row, which are the whole network's. Attending writes the weights I(s, o) over its inputs.
+# More columns of the first row, which are the whole network's. Its layer reads the state itself: where a layer has its
+# inputs, it leaves the weights I(s, o).
 FEATURES, READS_OPTION, ATTENDED, LAYER_NORM, SEES_LINE, OPTION_WEIGHT = range(8, 14)
 WEIGHTS, SCORED = INPUTS, OUTPUTS
 _COLUMNS = 14
@@ -76,7 +77,7 @@ def values_of(layout: Ints, work: Floats32, capacity: int, rows: int) -> Floats3
     return block(work, capacity, last[OUTPUTS], rows, last[FAN_OUT])
 
 
-@spliced
+@inner
 def forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, rows: int, options: Ints) -> Floats32:
     """Return the values [rows, outputs] of the states that lie in the workspace's first block.
 
@@ -87,7 +88,7 @@ def forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, r
     _read_state(layout, work, capacity, states, options)
     for layer in range(0 if attends else 1, layout.shape[0]):
         at = layout[layer]
-        x = block(work, capacity, at[INPUTS], rows, at[FAN_IN])
+        x = block(work, capacity, at[INPUTS], rows, at[FAN_IN]) if layer > 0 else states
         y = block(work, capacity, at[OUTPUTS], rows, at[FAN_OUT])
         _fill_rows(y, matrix(parameters, at[BIAS], 1, at[FAN_OUT]))
         add_product(x, matrix(parameters, at[WEIGHT], at[FAN_IN], at[FAN_OUT]), y)
@@ -95,7 +96,8 @@ def forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, r
             first = layout[1]
             inputs = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
             of_option = matrix(parameters, layout[0, OPTION_WEIGHT], NUM_OPTIONS, SIZE)
-            _attend(of_option, layout, states, options, x, y, inputs)
+            weights = block(work, capacity, at[WEIGHTS], rows, SIZE)
+            attend(y, of_option, states, options, at[ATTENDED] == _LINEAR, weights, inputs)
         elif layer < layout.shape[0] - 1:
             if layout[0, LAYER_NORM]:
                 norms = block(work, capacity, at[NORMS], rows, at[FAN_OUT])
@@ -106,17 +108,16 @@ def forward(parameters: Floats32, layout: Ints, work: Floats32, capacity: int, r
 
 @spliced
 def _read_state(layout: Ints, work: Floats32, capacity: int, states: Floats32, options: Ints) -> None:
-    """Write the state where the first layer reads it, and the one-hot option where that of the values does."""
+    """Write into the inputs of the values' first layer the one-hot option, and the state unless attention will."""
     rows, features, first = states.shape[0], states.shape[1], layout[1]
     if not layout[0, SEES_LINE]:
         _hide_line(states)
-    reader = layout[0] if layout[0, ATTENDED] else first
-    x = block(work, capacity, reader[INPUTS], rows, reader[FAN_IN])
-    for r in range(rows):
-        for f in range(min(features, reader[FAN_IN])):
-            x[r, f] = states[r, f]
+    x = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
+    if not layout[0, ATTENDED]:
+        for r in range(rows):
+            for f in range(features):
+                x[r, f] = states[r, f]
     if layout[0, READS_OPTION]:
-        x = block(work, capacity, first[INPUTS], rows, first[FAN_IN])
         for r in range(rows):
             for option in range(NUM_OPTIONS):
                 x[r, features + option] = ONE if option == options[r] else ZERO
@@ -146,60 +147,6 @@ def _hide_line(states: Floats32) -> None:
         for trace in range(states.shape[1] // SIZE):
             for element in _LINE:
                 states[r, trace * SIZE + element] = ZERO
-
-
-@inner
-def _attend(
-    of_option: Floats32,
-    layout: Ints,
-    states: Floats32,
-    options: Ints,
-    weights: Floats32,
-    scored: Floats32,
-    x: Floats32,
-) -> None:
-    """Write I(s, o) = softmax(Linear(s) + Linear(o)), and s^I = SIZE I * s or SIZE I * Linear(s).
-
-    scored: Linear(s); of_option: the weight of the other linear layer, [options, SIZE].
-    """
-    for r in range(states.shape[0]):
-        for j in range(SIZE):
-            weights[r, j] = scored[r, j] + of_option[options[r], j]
-    _softmax(weights)
-    for r in range(states.shape[0]):
-        for j in range(SIZE):
-            x[r, j] = scored[r, j] if layout[0, ATTENDED] == _LINEAR else states[r, j]
-        for f in range(SIZE, states.shape[1]):
-            x[r, f] = states[r, f]
-        for trace in range(0, states.shape[1], SIZE):
-            for j in range(SIZE):
-                x[r, trace + j] = weights[r, j] * x[r, trace + j] * _SIZE
-
-
-@inner
-def _softmax(scores: Floats32) -> None:
-    """Put the softmax of every row in its place, with the exponentials and their sum in float64."""
-    powers = np.empty(scores.shape)
-    for r in range(scores.shape[0]):
-        highest = np.float32(-np.inf)
-        for j in range(scores.shape[1]):
-            highest = max(highest, scores[r, j])
-        for j in range(scores.shape[1]):
-            powers[r, j] = np.float64(scores[r, j]) - highest
-    _exponentiate(powers)
-    for r in range(scores.shape[0]):
-        total = 0.0
-        for j in range(scores.shape[1]):
-            total += powers[r, j]
-        for j in range(scores.shape[1]):
-            scores[r, j] = np.float32(powers[r, j] / total)
-
-
-@inner
-def _exponentiate(numbers: Floats) -> None:
-    flat = matrix(numbers, 0, 1, numbers.size)  # one long loop
-    for n in range(numbers.size):
-        flat[0, n] = exp(flat[0, n])
 
 
 @inner
@@ -237,7 +184,7 @@ def evaluate(
                 values[begin + r, j] = found[r, j]
 
 
-@spliced
+@inner
 def backward(
     parameters: Floats32,
     layout: Ints,
@@ -276,7 +223,7 @@ def backward(
                 last = layout[layer - 1]
                 norms = block(work, capacity, last[NORMS], rows, last[FAN_OUT], first)
                 _denormalise(before, norms, block(work, capacity, last[FACTORS], rows, 1, first))
-    _attend_backward(layout, work, slopes, gradient, capacity, first, rows, options)
+    _backward_of_attention(layout, work, slopes, gradient, capacity, first, rows, options)
 
 
 @inner
@@ -317,8 +264,8 @@ def _denormalise(slope: Floats32, norms: Floats32, factors: Floats32) -> None:
             slope[r, j] = (slope[r, j] - mean - norms[r, j] * along) * factors[r, 0]
 
 
-@inner
-def _attend_backward(
+@spliced
+def _backward_of_attention(
     layout: Ints,
     work: Floats32,
     slopes: Floats32,
@@ -330,26 +277,18 @@ def _attend_backward(
 ) -> None:
     """Write the gradient by the attention's parameters, given that by s^I in the slopes of the first layer's inputs."""
     features, at = layout[0, FEATURES], layout[1]
-    states = block(work, capacity, 0, rows, features, first)
-    weights = block(work, capacity, layout[0, WEIGHTS], rows, SIZE, first)
-    attended = block(work, capacity, at[INPUTS], rows, at[FAN_IN], first)
-    slope = block(slopes, capacity, at[INPUTS], rows, at[FAN_IN], first)
     scores = block(slopes, capacity, layout[0, SCORED], rows, SIZE, first)
-    of_option = matrix(gradient, layout[0, OPTION_WEIGHT], NUM_OPTIONS, SIZE)
-    clear(of_option)
-    for r in range(rows):
-        total = ZERO
-        for j in range(SIZE):
-            share = ZERO
-            for trace in range(features // SIZE):
-                share = fma(slope[r, trace * SIZE + j], attended[r, trace * SIZE + j], share)
-            scores[r, j] = share
-            total += share
-        for j in range(SIZE):
-            scores[r, j] = fma(-weights[r, j], total, scores[r, j])
-            of_option[options[first + r], j] += scores[r, j]
-            if layout[0, ATTENDED] == _LINEAR:
-                scores[r, j] = fma(slope[r, j] * weights[r, j], _SIZE, scores[r, j])
+    attend_backward(
+        block(slopes, capacity, at[INPUTS], rows, at[FAN_IN], first),
+        block(work, capacity, at[INPUTS], rows, at[FAN_IN], first),
+        block(work, capacity, layout[0, WEIGHTS], rows, SIZE, first),
+        options[first : first + rows],
+        features,
+        layout[0, ATTENDED] == _LINEAR,
+        scores,
+        matrix(gradient, layout[0, OPTION_WEIGHT], NUM_OPTIONS, SIZE),
+    )
+    states = block(work, capacity, 0, rows, features, first)
     write_outer(states, scores, matrix(gradient, layout[0, WEIGHT], SIZE, SIZE))
     _sum_rows(scores, matrix(gradient, layout[0, BIAS], 1, SIZE))
 
