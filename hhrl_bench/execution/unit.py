@@ -82,8 +82,10 @@ def unit_status(done: Done, seconds: float) -> UnitStatus:
     name, outcome = one_line(done.unit.name), done.outcome
     if outcome is None:
         return UnitStatus(unit=name, state="failed", note=one_line(done.failure), seconds=seconds)
-    is_result = isinstance(outcome, TimedResult)
-    note = f"success {outcome.result.metrics.success.mean:.1%}" if is_result else one_line(outcome.note)
+    if isinstance(outcome, TimedResult):
+        note = f"success {outcome.result.metrics.success.mean:.1%}"
+    else:
+        note = one_line(outcome.note)
     return UnitStatus(unit=name, state="done", note=note, seconds=outcome.seconds)
 
 

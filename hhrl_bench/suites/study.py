@@ -116,4 +116,5 @@ def transfer_study(
     arms = [arm for one in transfers for arm in arm_trainings(one, loaded.method, episodes, store)]
     words = ["hhrl-bench", "transfer", "--source", source, *(word for one in targets for word in ("--target", one))]
     words += ["--seeds", format_seeds(chosen), "--env-steps", str(env_steps), "--episodes", str(episodes)]
-    return Study("transfer", shlex.join(words), tasks, episodes, [seed_trainings(arms), arms], Curves(transfers=transfers), store)
+    stages: Stages = [seed_trainings(arms), arms]
+    return Study("transfer", shlex.join(words), tasks, episodes, stages, Curves(transfers=transfers), store)

@@ -166,7 +166,7 @@ def attack_config(sandbox: Sandbox, rng: Rng) -> None:
 
 def attack_provenance(sandbox: Sandbox, rng: Rng) -> None:
     directory = RunDirectory(sandbox.run)
-    _with_changed(directory.provenance((0,)), hostile.change_json, rng, lambda: directory.seconds((0,)))
+    _with_changed(directory.provenance((0,)), hostile.change_json, rng, lambda: directory.seconds(0))
 
 
 def attack_state(sandbox: Sandbox, rng: Rng) -> None:

@@ -1,4 +1,4 @@
-"""Arithmetic that gives the same bits on every processor: fused products in a fixed order, and exp, log and pow.
+"""Arithmetic that gives the same bits on every processor: fused multiply-add, exp, log and pow.
 
 IEEE 754 fixes the results of + - * / sqrt and fma. What is built from them here, in an order that the source fixes,
 depends on no library of mathematics, vector width or number of threads: vectors run along outputs, never along a sum.
@@ -9,17 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
 from hhrl_envs.arrays import Floats, Floats32
-from hhrl_envs.simulation.engine.compilation import inner, spliced
+from hhrl_envs.simulation.engine.compilation import inner
 
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
-
-LANES = 16
-"""Numbers in a vector of the products; a processor with shorter ones takes several for it."""
 
 if TYPE_CHECKING:
 
@@ -28,14 +24,6 @@ if TYPE_CHECKING:
 
     def apart() -> None:
         """Keep the function that calls this apart where others call it: the compiler does not inline it."""
-
-    def _add_tile_4_4(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
-
-    def _add_tile_1_4(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
-
-    def _add_tile_8_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
-
-    def _add_tile_1_1(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32, r: int, j: int) -> None: ...
 
     def fma(a: Any, b: Any, c: Any) -> Any:
         """Return a b + c, rounded once; all float32 or all float64."""
@@ -97,79 +85,6 @@ else:
 
         return types.void(), mark
 
-    def _tile(rows: int, vectors: int) -> Any:
-        """Return what adds x w to so many rows and vectors of `out` from (r, j) on, its sums kept in registers.
-
-        A loop over the terms multiplies an element of x, in every lane, with a vector of w. LLVM does not find these
-        vectors by itself. A single vector may be cut short where the columns end.
-        """
-        vector = ir.VectorType(ir.FloatType(), LANES)
-        flags, lane, lanes = (ir.VectorType(ir.IntType(bits), LANES) for bits in (1, 32, 64))
-
-        def add_tile(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            x, w, out = (context.make_array(signature.args[k])(context, builder, values[k]) for k in (0, 3, 4))
-            by_row, by_term, r, j = (values[k] for k in (1, 2, 5, 6))
-            width = cgutils.unpack_tuple(builder, w.shape, 2)[1]
-
-            def declared(name: str, result: Any, *arguments: Any) -> Any:
-                return cgutils.get_or_insert_function(builder.module, ir.FunctionType(result, arguments), name)
-
-            def further(index: Any, count: int) -> Any:
-                return builder.add(index, ir.Constant(index.type, count))
-
-            def in_every_lane(element: Any, kind: Any) -> Any:
-                undefined = ir.Constant(kind, ir.Undefined)
-                first = builder.insert_element(undefined, element, ir.Constant(ir.IntType(32), 0))
-                return builder.shuffle_vector(first, undefined, ir.Constant(lane, [0] * LANES))
-
-            def vectors_at(array: Any, row: Any) -> list[Any]:
-                first = builder.add(builder.mul(row, width), j)
-                places = [builder.gep(array.data, [further(first, LANES * v)]) for v in range(vectors)]
-                return [builder.bitcast(place, vector.as_pointer()) for place in places]
-
-            def load(place: Any) -> Any:
-                if vectors > 1:
-                    return builder.load(place, align=4)
-                zeros = ir.Constant(vector, None)
-                return builder.call(masked_load, [place, align, inside, zeros])
-
-            def store(numbers: Any, place: Any) -> None:
-                if vectors > 1:
-                    builder.store(numbers, place, align=4)
-                else:
-                    builder.call(masked_store, [numbers, place, align, inside])
-
-            align, pointer = ir.Constant(ir.IntType(32), 4), vector.as_pointer()
-            numbered = ir.Constant(lanes, list(range(LANES)))
-            inside = builder.icmp_signed("<", numbered, in_every_lane(builder.sub(width, j), lanes))
-            masked_load = declared(f"llvm.masked.load.v{LANES}f32.p0v{LANES}f32", vector, pointer, align.type, flags, vector)
-            masked_store = declared(
-                f"llvm.masked.store.v{LANES}f32.p0v{LANES}f32", ir.VoidType(), vector, pointer, align.type, flags
-            )
-            multiply_add = declared(f"llvm.fma.v{LANES}f32", vector, vector, vector, vector)
-
-            places = [vectors_at(out, further(r, row)) for row in range(rows)]
-            sums = [[cgutils.alloca_once_value(builder, load(at)) for at in row] for row in places]
-            with cgutils.for_range(builder, cgutils.unpack_tuple(builder, w.shape, 2)[0]) as loop:
-                factors = [load(at) for at in vectors_at(w, loop.index)]
-                for row in range(rows):
-                    place = builder.add(builder.mul(further(r, row), by_row), builder.mul(loop.index, by_term))
-                    element = in_every_lane(builder.load(builder.gep(x.data, [place]), align=4), vector)
-                    for factor, kept in zip(factors, sums[row], strict=True):
-                        builder.store(builder.call(multiply_add, [element, factor, builder.load(kept)]), kept)
-            for row in range(rows):
-                for at, kept in zip(places[row], sums[row], strict=True):
-                    store(builder.load(kept), at)
-            return context.get_dummy_value()
-
-        @intrinsic
-        def tile(_: Any, x: Any, by_row: Any, by_term: Any, w: Any, out: Any, r: Any, j: Any) -> Any:
-            return types.void(x, by_row, by_term, w, out, r, j), add_tile
-
-        return tile
-
-    _add_tile_4_4, _add_tile_1_4, _add_tile_8_1, _add_tile_1_1 = _tile(4, 4), _tile(1, 4), _tile(8, 1), _tile(1, 1)
-
 
 _LOG2_E = 1.4426950408889634
 _LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
@@ -223,56 +138,9 @@ def raise_all(numbers: Floats, exponent: float) -> None:
         numbers[n] = power(numbers[n], exponent)
 
 
-@spliced
-def add_product(x: Floats32, w: Floats32, out: Floats32) -> None:
-    """Add x w to `out`, each sum in the order of its terms; w: [terms, width], out: [rows, width].
-
-    x: [rows, terms or more], of which the first `terms` columns count.
-    """
-    _add_product(x, x.shape[1], np.int64(1), w, out)
-
-
-@spliced
-def write_outer(x: Floats32, g: Floats32, out: Floats32) -> None:
-    """Write x^T g, each sum in the order of the rows; g: [rows, width], out: [in, width].
-
-    x: [rows, in or more], of which the first `in` columns count.
-    """
-    clear(out)
-    _add_product(x, np.int64(1), x.shape[1], g, out)
-
-
 @inner
 def clear(numbers: Floats32) -> None:
     """Set a matrix to zero."""
     for r in range(numbers.shape[0]):
         for j in range(numbers.shape[1]):
             numbers[r, j] = ZERO
-
-
-@inner
-def _add_product(x: Floats32, by_row: int, by_term: int, w: Floats32, out: Floats32) -> None:
-    """Add to out[r, j] the sum over i of x w[i, j], where x is that at `r by_row + i by_term` of its numbers.
-
-    A sum waits for the one before it, so that eight rows or four vectors are computed beside each other.
-    """
-    apart()
-    rows, width, j = out.shape[0], out.shape[1], 0
-    while j < width:
-        r = 0
-        if j + 4 * LANES <= width:
-            while r + 4 <= rows:
-                _add_tile_4_4(x, by_row, by_term, w, out, r, j)
-                r += 4
-            while r < rows:
-                _add_tile_1_4(x, by_row, by_term, w, out, r, j)
-                r += 1
-            j += 4 * LANES
-        else:
-            while r + 8 <= rows:
-                _add_tile_8_1(x, by_row, by_term, w, out, r, j)
-                r += 8
-            while r < rows:
-                _add_tile_1_1(x, by_row, by_term, w, out, r, j)
-                r += 1
-            j += LANES

@@ -12,8 +12,9 @@ from math import prod
 import numpy as np
 
 from hhrl_agents.networks.architectures import NUM_OPTIONS, Architecture, Attended
-from hhrl_agents.networks.arithmetic import ONE, ZERO, add_product, clear, fma, matrix, write_outer
+from hhrl_agents.networks.arithmetic import ONE, ZERO, clear, fma, matrix
 from hhrl_agents.networks.attention import attend, attend_backward
+from hhrl_agents.networks.products import add_product, write_outer
 from hhrl_envs.arrays import Floats32, Ints
 from hhrl_envs.observation import SIZE, SYMBOLS
 from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced

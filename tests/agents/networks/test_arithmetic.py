@@ -1,4 +1,4 @@
-"""Our exp, log and power beside those of the library of mathematics, and products in the order of their terms."""
+"""Our exp, log and power beside those of the library of mathematics."""
 
 import math
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numba import njit
 
 from hhrl_agents.networks import arithmetic
-from hhrl_envs.arrays import Floats, Floats32
+from hhrl_envs.arrays import Floats
 
 ULPS = 4
 compiled = cast(Any, njit)
@@ -36,16 +36,6 @@ EXP, LOG = on_array(arithmetic.exp), on_array(arithmetic.log)
 @compiled  # type: ignore[untyped-decorator]
 def power(x: float, exponent: float) -> float:
     return arithmetic.power(x, exponent)
-
-
-@compiled  # type: ignore[untyped-decorator]
-def products(x: Floats32, w: Floats32, out: Floats32) -> None:
-    arithmetic.add_product(x, w, out)
-
-
-@compiled  # type: ignore[untyped-decorator]
-def outer_products(x: Floats32, g: Floats32, out: Floats32) -> None:
-    arithmetic.write_outer(x, g, out)
 
 
 def near(found: float, expected: float, ulps: float = ULPS) -> bool:
@@ -103,40 +93,3 @@ def test_exp_never_falls_where_its_range_is_reduced(edge: float) -> None:
 def test_log_rises_where_its_range_is_reduced(edge: float) -> None:
     below, above = LOG(np.array([edge * (1 - 1e-12), edge * (1 + 1e-12)]))
     assert below < above
-
-
-def steps_of(x: Floats32, w: Floats32, out: Floats32) -> Floats32:
-    """Return out + x w, every sum by one fused product after the other.
-
-    A float64 holds the product of two float32 exactly; the sum is rounded twice, which differs from once only if the
-    first rounding meets the middle of two float32: not with the small whole numbers and halves of these tests.
-    """
-    out = out.copy()
-    for term in range(x.shape[1]):
-        out = (x[:, term, None].astype(np.float64) * w[term] + out).astype(np.float32)
-    return out
-
-
-@pytest.mark.parametrize("rows", [1, 3, 4, 6, 9])
-@pytest.mark.parametrize("terms", [1, 4, 7])
-@pytest.mark.parametrize("width", [1, 2, 8, 33])
-def test_sums_are_in_the_order_of_their_terms(rows: int, terms: int, width: int) -> None:
-    rng = np.random.default_rng(rows * 100 + terms * 10 + width)
-    x, w, out = (rng.normal(size=shape).astype(np.float32) for shape in ((rows, terms), (terms, width), (rows, width)))
-    expected = steps_of(x, w, out)
-    products(x, w, out)
-    np.testing.assert_allclose(out, expected, rtol=1e-6, atol=1e-6)
-    alone = np.empty_like(out)
-    for row in range(rows):
-        start = np.zeros((1, width), np.float32)
-        products(x[row : row + 1], w, start)
-        alone[row] = start[0]
-    together = np.zeros_like(out)
-    products(x, w, together)
-    assert together.tobytes() == alone.tobytes()
-    gradient = np.empty((terms, width), np.float32)
-    outer_products(x, out, gradient)
-    np.testing.assert_allclose(gradient, x.T @ out, rtol=1e-4, atol=1e-5)
-    one_term = np.empty((1, width), np.float32)
-    outer_products(np.ascontiguousarray(x[:, -1:]), out, one_term)
-    assert one_term.tobytes() == gradient[-1:].tobytes()

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from hhrl_bench import extensions
+from hhrl_bench.evaluation.records import TimedResult
 from hhrl_bench.evaluation.results import silent
 from hhrl_bench.execution.progress_folder import ProgressFolder
 from hhrl_bench.execution.run import ATTEMPTS, Execution, Overseer, run_units
@@ -104,8 +105,8 @@ def test_processes_and_this_one_give_equal_results(tmp_path: Path) -> None:
     )
     for name, one in here.items():
         other = there[name].outcome
-        assert one.outcome is not None
-        assert other is not None
+        assert isinstance(one.outcome, TimedResult)
+        assert isinstance(other, TimedResult)
         assert one.outcome.result == other.result
 
 

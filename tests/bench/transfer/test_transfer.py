@@ -11,6 +11,7 @@ from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.learned_agent import LearnedAgent
 from hhrl_bench.errors import AgentError, CurveError
 from hhrl_bench.evaluation.paired_evaluation import play
+from hhrl_bench.evaluation.records import TimedResult
 from hhrl_bench.execution.unit import Unit
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
@@ -158,6 +159,7 @@ def test_an_outcome_that_was_damaged_is_made_again(source: Path, moved: Path) ->
     (done,) = (
         unit.run() for unit in units_of(source, moved) if unit.name == "hybrid-hrl zero-shot on stop-line-wet-v0"
     )
+    assert isinstance(done, TimedResult)
     assert json.loads(path.read_text())["outcome"]["result"] == json.loads(done.result.model_dump_json()) == before
 
 
