@@ -6,7 +6,7 @@ two runs of a command (clock, machine, versions) stands in the ``provenance`` bl
 
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import ConfigDict, Field, GetJsonSchemaHandler, create_model, model_validator
 from pydantic.config import JsonDict
@@ -215,6 +215,13 @@ class TimedResult(Record):
 
     result: ResultRecord
     seconds: Annotated[float, Field(allow_inf_nan=False, ge=0.0)]
+
+
+class Trained(NamedTuple):
+    """A seed that was trained: the seconds it took, and a word about it."""
+
+    seconds: float
+    note: str
 
 
 class OpponentRecord(Record):

@@ -5,7 +5,7 @@ import time
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-from hhrl_bench.evaluation.records import TimedResult
+from hhrl_bench.evaluation.records import TimedResult, Trained
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.execution.progress_folder import ProgressFolder, UnitStatus
 from hhrl_bench.extensions import load_extensions
@@ -28,15 +28,8 @@ class Unit(Protocol):
         """Return the outcome and the seconds it took; call ``update`` with how far it is."""
 
 
-class Trained(NamedTuple):
-    """What has come of a unit whose files are what other units go on with: how long it took, and a word about it."""
-
-    seconds: float
-    note: str
-
-
 Outcome = TimedResult | Trained
-"""What comes of a unit: a result of the leaderboard, or files."""
+"""What comes of a unit: a result of the leaderboard, or a trained seed."""
 
 Stages = Sequence[Sequence[Unit]]
 """Units in the order in which they can be done: those of a stage need what the stages before it have left."""

@@ -16,10 +16,9 @@ from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.methods.method import Method
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.loading import load_agents
-from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TimedResult
+from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TimedResult, Trained
 from hhrl_bench.evaluation.results import Update, evaluate_agent, silent
 from hhrl_bench.evaluation.store import Store, read
-from hhrl_bench.execution.unit import Trained
 from hhrl_bench.provenance import code_sha256
 from hhrl_bench.schema import Record, Sha256
 from hhrl_bench.tasks.tasks import Task

@@ -132,8 +132,8 @@ def test_trainings_that_do_not_fit_their_leaderboard_are_refused(
 
 def test_the_registered_suite_is_the_papers_three_trainings() -> None:
     suite = SUITES["trainings"]
-    units = [unit for stage in suite.stages(Path("runs")) for unit in stage]
-    assert [unit.name for unit in units] == [
-        "follow-only on red-light-v0", "option-only on option-only-v0", "hybrid-hrl on stop-line-v0",
-    ]  # fmt: skip
-    assert list(suite.curves(Path("runs")).trainings) == units
+    _, seeds, trainings = suite.stages(Path("runs"))
+    names = ["follow-only on red-light-v0", "option-only on option-only-v0", "hybrid-hrl on stop-line-v0"]
+    assert [unit.name for unit in trainings] == names
+    assert [unit.name for unit in seeds] == [f"{name}, seed {seed}" for name in names for seed in range(10)]
+    assert list(suite.curves(Path("runs")).trainings) == list(trainings)
