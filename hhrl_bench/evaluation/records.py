@@ -217,7 +217,7 @@ class TimedResult(Record):
     seconds: Annotated[float, Field(allow_inf_nan=False, ge=0.0)]
 
 
-class Trained(NamedTuple):
+class TrainedSeed(NamedTuple):
     """A seed that was trained: the seconds it took, and a word about it."""
 
     seconds: float

@@ -5,7 +5,7 @@ import time
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-from hhrl_bench.evaluation.records import TimedResult, Trained
+from hhrl_bench.evaluation.records import TimedResult, TrainedSeed
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.execution.progress_folder import ProgressFolder, UnitStatus
 from hhrl_bench.extensions import load_extensions
@@ -28,7 +28,7 @@ class Unit(Protocol):
         """Return the outcome and the seconds it took; call ``update`` with how far it is."""
 
 
-Outcome = TimedResult | Trained
+Outcome = TimedResult | TrainedSeed
 """What comes of a unit: a result of the leaderboard, or a trained seed."""
 
 Stages = Sequence[Sequence[Unit]]

@@ -16,7 +16,7 @@ from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.methods.method import Method
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.loading import load_agents
-from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TimedResult, Trained
+from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TimedResult, TrainedSeed
 from hhrl_bench.evaluation.results import Update, evaluate_agent, silent
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.provenance import code_sha256
@@ -151,7 +151,7 @@ class SeedTraining:
     def check(self) -> None:
         """Do nothing: the training, which comes later, is checked for all its seeds."""
 
-    def run(self, update: Update = silent) -> Trained:
+    def run(self, update: Update = silent) -> TrainedSeed:
         """Train the seed, unless that is done; its checkpoints lie in the run directory."""
         from hhrl_bench.training.train import train  # noqa: PLC0415
 
@@ -159,7 +159,7 @@ class SeedTraining:
         for report in train(plan, resume=True):
             note = report.note
             update(report.env_steps, plan.env_steps, note)
-        return Trained(RunDirectory(plan.folder).seconds(self.seed), note)
+        return TrainedSeed(RunDirectory(plan.folder).seconds(self.seed), note)
 
 
 def seed_trainings(trainings: Iterable[Training]) -> list[SeedTraining]:
