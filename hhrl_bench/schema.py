@@ -2,10 +2,11 @@
 
 import hashlib
 import math
+import unicodedata
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from hhrl_envs import SUB_GOALS, Outcome
 from hhrl_envs.errors import one_line
@@ -24,8 +25,51 @@ Count = Annotated[int, Field(ge=0, le=2**53)]
 Positive = Annotated[int, Field(ge=1, le=2**53)]
 Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 Commit = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{40}(-dirty)?$")]
-Name = Annotated[str, StringConstraints(min_length=1, max_length=500, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")]
-"""No name holds a control character, which might be a line end, or a command to a terminal."""
+
+
+def _shown(text: str) -> str:
+    """Return a text of which every sign is shown, and is spelled in one way; refuse any other."""
+    hidden = next((sign for sign in text if unicodedata.category(sign)[0] == "C" or sign in _LINE_ENDS), None)
+    if hidden is not None:
+        raise ValueError(f"write it without the sign U+{ord(hidden):04X}, which is not shown")
+    if not unicodedata.is_normalized("NFC", text):
+        raise ValueError("write it in the normal form NFC")
+    return text
+
+
+_LINE_ENDS = "\N{LINE SEPARATOR}\N{PARAGRAPH SEPARATOR}"
+Name = Annotated[
+    str,
+    StringConstraints(min_length=1, max_length=500, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$"),
+    AfterValidator(_shown),
+]
+"""No name holds a sign that might be a line end, a command to a terminal, or turn the order of others."""
+
+STEM = r"[a-z0-9][a-z0-9-]{0,60}"
+"""How what an entry or a suite is called is spelled: it is the name of files."""
+
+RESERVED = ("index", "readme", "schema")
+"""Files of a folder of entries that are none of a suite, whatever the case of their letters."""
+
+
+def _free(stem: str) -> str:
+    if stem in RESERVED:
+        raise ValueError(f"write another name than {stem}, which is that of another file")
+    return stem
+
+
+Stem = Annotated[str, StringConstraints(pattern=f"^{STEM}$"), AfterValidator(_free)]
+"""The name of a suite, under which files are written."""
+
+MAX_RESULTS = 500
+"""Results of an entry, and arms of a transfer."""
+
+MAX_SEEDS = 100
+"""Training seeds of a result or a learning curve."""
+
+MAX_REPORTS = 10_000
+"""Reports of a learning curve."""
+
 if TYPE_CHECKING:
     OptionName = str
     OutcomeName = str

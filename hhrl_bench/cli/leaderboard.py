@@ -100,7 +100,8 @@ def build(folder: FolderOption = FOLDER, level: LevelOption = Level.REPLAYED) ->
     _print_verified(found)
     if any(one.findings for one in found):
         raise typer.Exit(1)
-    index = write_index(folder, {one.path.name: one.level for one in found if one.level})
+    command = f"hhrl-bench leaderboard build --level {level}"
+    index = write_index(folder, {one.path.name: one.level for one in found if one.level}, command)
     for suite in dict.fromkeys(entry.suite for entry in index.entries):
         write_atomically(folder / f"{suite}.md", suite_page(of_suite(folder, suite)))
     typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)

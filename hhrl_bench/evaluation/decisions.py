@@ -52,11 +52,10 @@ def join(parts: Sequence[Trace], length: int) -> Trace:
     return Trace(steps[:length], options[:end], actions[:end])
 
 
-def episode_of(trace: Trace, episode: int) -> Trace:
-    """Return one episode of a trace."""
-    end = int(trace.steps[: episode + 1].sum())
-    steps = slice(end - int(trace.steps[episode]), end)
-    return Trace(trace.steps[episode : episode + 1], trace.options[steps], trace.actions[steps])
+def episodes_of(trace: Trace, part: slice) -> Trace:
+    """Return the episodes of a trace from the first to before the last of a part."""
+    begin, end = int(trace.steps[: part.start].sum()), int(trace.steps[: part.stop].sum())
+    return Trace(trace.steps[part], trace.options[begin:end], trace.actions[begin:end])
 
 
 class Recording:
@@ -82,9 +81,14 @@ class Recording:
         return Decision(options.ravel().astype(np.int64), actions.ravel().astype(np.int64))
 
 
+def recording(trace: Trace, slots: Sequence[int]) -> Agent:
+    """Return the agent that drives the vehicles ``slots`` as in a trace."""
+    return Recording(trace.steps, trace.options, trace.actions[:, list(slots)])
+
+
 def recordings(trace: Trace, slots: Sequence[int]) -> tuple[Agent, Drivers]:
     """Return the agent that drives the vehicles ``slots`` as in a trace, and who drives the others."""
-    own = Recording(trace.steps, trace.options, trace.actions[:, list(slots)])
+    own = recording(trace, slots)
     others: Mapping[int, Agent] = {
         slot: Recording(trace.steps, np.full_like(trace.actions[:, [slot]], -1), trace.actions[:, [slot]])
         for slot in range(trace.actions.shape[1])

@@ -16,6 +16,7 @@ from pydantic_core import CoreSchema
 from hhrl_bench.evaluation.metrics import METRICS, Metric
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.schema import (
+    MAX_SEEDS,
     Count,
     Finite,
     Name,
@@ -199,8 +200,8 @@ class ResultRecord(Record):
     kind: Literal["rule", "learned", "factory"]
     task: Name
     option: OptionName | None
-    runs: Annotated[tuple[RunRecord, ...], Field(min_length=1)]
-    failed_seeds: tuple[Count, ...] = ()
+    runs: Annotated[tuple[RunRecord, ...], Field(min_length=1, max_length=MAX_SEEDS)]
+    failed_seeds: Annotated[tuple[Count, ...], Field(max_length=MAX_SEEDS)] = ()
     metrics: MetricsRecord
     traffic: TrafficRecord | None = None
 

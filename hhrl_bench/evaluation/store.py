@@ -18,7 +18,7 @@ from hhrl_bench.schema import sha256_of
 MAX_BYTES = 32 * 2**20
 """No file of a store is larger."""
 
-MAX_UNPACKED_BYTES = 2**30
+MAX_UNPACKED_BYTES = 2**26
 """No evidence is larger, once it is unpacked."""
 
 
@@ -67,8 +67,8 @@ class Store:
         _add(self.folder / path.parent.name / path.name, content, path.read_bytes())
 
 
-def read(path: Path) -> bytes:
-    """Return the content of a file of a store, unpacked.
+def read(path: Path, limit: int = MAX_UNPACKED_BYTES) -> bytes:
+    """Return the content of a file of a store, unpacked, of at most ``limit`` bytes.
 
     Raises:
         RecordError: if there is none, it is larger than 32 MiB, it cannot be unpacked, or is not what its name says.
@@ -80,21 +80,21 @@ def read(path: Path) -> bytes:
         raise RecordError(f"cannot read {path}: {error.strerror}") from error
     if len(data) > MAX_BYTES:
         raise RecordError(f"{path} is larger than {MAX_BYTES // 2**20} MiB, which no file of a store is")
-    content = _unpacked(data, path) if path.suffix == ".gz" else data
+    content = _unpacked(data, path, limit) if path.suffix == ".gz" else data
     if sha256_of(content) != path.name.split(".")[0]:
         raise RecordError(f"{path} has been changed: the sha256 of what it holds is {sha256_of(content)}")
     return content
 
 
-def _unpacked(data: bytes, path: Path) -> bytes:
-    """Return what one gzip stream holds."""
+def _unpacked(data: bytes, path: Path, limit: int) -> bytes:
+    """Return what one gzip stream holds, of at most ``limit`` bytes."""
     inflater = zlib.decompressobj(zlib.MAX_WBITS | 16)
     try:
-        content = inflater.decompress(data, MAX_UNPACKED_BYTES)
+        content = inflater.decompress(data, limit)
     except zlib.error as error:
         raise RecordError(f"{path} has been changed: it cannot be unpacked, {error}") from error
     if not inflater.eof or inflater.unused_data:
-        raise RecordError(f"{path} has been changed: it is not one gzip stream of at most 1 GiB, to its end")
+        raise RecordError(f"{path} has been changed: it is not one gzip stream of at most {limit:,} bytes, to its end")
     return content
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from hhrl_agents import Agent
 from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
 from hhrl_bench.errors import RecordError
-from hhrl_bench.evaluation.decisions import Trace, episode_of, recordings
+from hhrl_bench.evaluation.decisions import Trace, episodes_of, recordings
 from hhrl_bench.evaluation.evidence import read_evidence
 from hhrl_bench.evaluation.paired_evaluation import evaluation_slots, rollout_of_episode
 from hhrl_bench.evaluation.rollout import Rollout
@@ -105,7 +105,7 @@ def failures(board: LeaderboardRecord, store: Store, agent: str, task: str) -> I
         evidence = read_evidence(run, store)
         for episode in np.flatnonzero(evidence.outcome != Outcome.SUCCESS):
             seed = run.training.seed if run.training else None
-            yield Failure(seed, int(episode), episode_of(evidence.trace, int(episode)))
+            yield Failure(seed, int(episode), episodes_of(evidence.trace, slice(episode, episode + 1)))
 
 
 def film_failures(

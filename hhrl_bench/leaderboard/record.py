@@ -14,11 +14,17 @@ from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare
 from hhrl_bench.leaderboard.efficiency import EfficiencyRecord, efficiency
 from hhrl_bench.provenance import ProvenanceRecord
-from hhrl_bench.schema import Count, Name, Rate, Record, Sha256, first_problem
+from hhrl_bench.schema import MAX_RESULTS, Count, Name, Rate, Record, Sha256, Stem, first_problem
 from hhrl_bench.statistics.intervals import generator
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
 from hhrl_envs.arrays import Floats
+
+MAX_COMPARED = 50
+"""Results on a task; every two of them are compared."""
+
+MAX_EPISODES = 1_000_000
+"""Episodes of all runs of an entry."""
 
 
 class MethodRecord(Record):
@@ -40,16 +46,16 @@ class LeaderboardRecord(Record):
     """
 
     schema_version: Literal[1]
-    suite: Name
+    suite: Stem
     confidence: Rate
     bootstrap_seed: Count
-    tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1)]
-    results: tuple[ResultRecord, ...]
+    tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1, max_length=100)]
+    results: Annotated[tuple[ResultRecord, ...], Field(max_length=MAX_RESULTS)]
     checkpoints_published: bool = True
     methods: tuple[MethodRecord, ...] = ()
     comparisons: tuple[PairwiseRecord, ...] = ()
     transfer: TransferSetRecord | None = None
-    trainings: tuple[TrainingOutcomesRecord, ...] = ()
+    trainings: Annotated[tuple[TrainingOutcomesRecord, ...], Field(max_length=MAX_RESULTS)] = ()
     trainings_sha256: tuple[Sha256, ...] = ()
     efficiency: tuple[EfficiencyRecord, ...] = ()
     provenance: ProvenanceRecord
@@ -65,7 +71,18 @@ class LeaderboardRecord(Record):
             raise ValueError(f"the tasks {', '.join(ids)} name one twice; keep one")
         self._require("result", [(result.agent, result.task) for result in self.results])
         self._require("training", [(training.method, training.task) for training in self.trainings])
+        self._require_bounds()
         return self
+
+    def _require_bounds(self) -> None:
+        """Refuse what would take long to check: every episode is played again, every two results are compared."""
+        for task in self.tasks:
+            if len(self.on(task)) > MAX_COMPARED:
+                raise ValueError(f"{task.id} has {len(self.on(task))} results; publish at most {MAX_COMPARED}")
+        episodes = {task.id: task.episodes for task in self.tasks}
+        total = sum(len(result.runs) * episodes[result.task] for result in self.results)
+        if total > MAX_EPISODES:
+            raise ValueError(f"the results have {total:,} episodes; publish at most {MAX_EPISODES:,}")
 
     def _require(self, what: str, names: Sequence[tuple[str, str]]) -> None:
         known = [task.id for task in self.tasks]

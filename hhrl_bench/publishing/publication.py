@@ -16,11 +16,11 @@ from hhrl_bench.leaderboard.entry import entry_schema, named_files, read_entry
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.schema import SCHEMA_VERSION, Name, Positive, Record, Sha256, first_problem, sha256_of
+from hhrl_bench.schema import SCHEMA_VERSION, STEM, Name, Positive, Record, Sha256, Stem, first_problem, sha256_of
 from hhrl_bench.suites import suites
 
 INDEX, SCHEMA = "INDEX.json", "schema.json"
-NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,60}")
+NAME = re.compile(STEM)
 
 
 def entry_paths(folder: Path) -> list[Path]:
@@ -35,16 +35,17 @@ def entry_paths(folder: Path) -> list[Path]:
     return paths
 
 
-FileName = Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9-]{0,60}\.json$")]
+FileName = Annotated[str, StringConstraints(pattern=rf"^{STEM}\.json$")]
 Day = Annotated[str, StringConstraints(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
 
 
 class VerifiedRecord(Record):
-    """How far an entry was verified, when, and by which version of this package."""
+    """How far an entry was verified, when, by which version of this package, and by which command."""
 
     level: Level = Field(strict=False)
     day: Day
     package_version: Name
+    command: Name
 
 
 class EntryRecord(Record):
@@ -52,7 +53,7 @@ class EntryRecord(Record):
 
     file: FileName
     sha256: Sha256
-    suite: Name
+    suite: Stem
     tasks: tuple[Name, ...]
     agents: tuple[Name, ...]
     results: Positive
@@ -66,13 +67,19 @@ class IndexRecord(Record):
     entries: tuple[EntryRecord, ...]
 
 
-def write_index(folder: Path, levels: Mapping[str, Level]) -> IndexRecord:
+def write_index(folder: Path, levels: Mapping[str, Level], command: str) -> IndexRecord:
     """Write the index and the schema of a folder whose entries were just verified, and return the index.
 
-    ``levels``: how far, by file name. An entry that is the same and was verified as far before keeps the day of then.
+    ``levels``: how far, by file name; ``command``: that verified them. What the index said before counts for nothing.
     """
-    before = {entry.file: entry for entry in _read_index(folder).entries} if (folder / INDEX).exists() else {}
-    entries = [_entry(path, levels[path.name], before.get(path.name)) for path in entry_paths(folder)]
+    day = datetime.now(UTC).date().isoformat()
+    entries = [
+        _entry(
+            path,
+            VerifiedRecord(level=levels[path.name], day=day, package_version=hhrl_bench.__version__, command=command),
+        )
+        for path in entry_paths(folder)
+    ]
     index = IndexRecord(schema_version=SCHEMA_VERSION, entries=tuple(entries))
     write_atomically(folder / INDEX, index.model_dump_json(indent=2) + "\n")
     write_atomically(folder / SCHEMA, entry_schema())
@@ -85,9 +92,15 @@ def check_index(folder: Path) -> Iterator[Finding]:
     Raises:
         RecordError: if it has no index, or one that is none.
     """
-    known = {entry.file: entry.sha256 for entry in _read_index(folder).entries}
-    found = {path.name: sha256_of(path.read_bytes()) for path in entry_paths(folder)}
-    yield from differences(INDEX, known, found)
+    known = {entry.file: entry for entry in _read_index(folder).entries}
+    for path in entry_paths(folder):
+        if (entry := known.pop(path.name, None)) is None:
+            yield Finding(INDEX, f"it lacks {path.name}; hhrl-bench leaderboard build adds it")
+        else:
+            found = _entry(path, entry.verified)
+            yield from differences(f"{INDEX} {path.name}", entry.model_dump(), found.model_dump())
+    for name in known:
+        yield Finding(INDEX, f"it names {name}, which is not there")
     store, boards = Store(folder), map(read_entry, entry_paths(folder))
     named = {path for board in boards for path in named_files(board, store)}
     for path in sorted({*folder.glob("evidence/*"), *folder.glob("checkpoints/*")} - named):
@@ -138,16 +151,11 @@ def _read_index(folder: Path) -> IndexRecord:
         raise RecordError(f"{path} is no index: {first_problem(error)}") from error
 
 
-def _entry(path: Path, level: Level, before: EntryRecord | None) -> EntryRecord:
-    board, sha256 = read_entry(path), sha256_of(path.read_bytes())
-    verified = VerifiedRecord(
-        level=level, day=datetime.now(UTC).date().isoformat(), package_version=hhrl_bench.__version__
-    )
-    if before and before.sha256 == sha256 and before.verified.level.includes(level):
-        verified = before.verified
+def _entry(path: Path, verified: VerifiedRecord) -> EntryRecord:
+    board = read_entry(path)
     return EntryRecord(
         file=path.name,
-        sha256=sha256,
+        sha256=sha256_of(path.read_bytes()),
         suite=board.suite,
         tasks=tuple(task.id for task in board.tasks),
         agents=_agents(board),

@@ -16,6 +16,7 @@ from hhrl_agents import METHODS
 from hhrl_bench.errors import SuiteError, UnknownSuiteError
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.unit import Stages
+from hhrl_bench.schema import RESERVED, STEM
 from hhrl_bench.suites.units import Evaluation, Training, arm_trainings, seed_trainings
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.transfer.transfer import Transfer, sensible_arms
@@ -254,8 +255,11 @@ def register_suite(suite: Suite) -> None:
     """
     if not callable(getattr(suite, "stages", None)):
         raise SuiteError(f"cannot register {suite!r} as a suite; give a ScoreSuite, a TrainingSuite or a TransferSuite")
-    if not re.fullmatch(r"[a-z0-9][a-z0-9-]*", suite.id):
-        raise SuiteError(f"a suite cannot have the id {suite.id!r}; write small letters, digits and hyphens")
+    if not re.fullmatch(STEM, suite.id) or suite.id in RESERVED:
+        raise SuiteError(
+            f"a suite cannot have the id {suite.id!r}; write small letters, digits and hyphens, 61 at most, "
+            f"and none of {', '.join(RESERVED)}"
+        )
     if _registered.setdefault(suite.id, suite) != suite:
         raise SuiteError(f"there is a suite {suite.id!r} already; write another id, such as 'my-suite'")
 

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from hhrl_bench.errors import CurveError
-from hhrl_bench.schema import Count, Name, Rate, Record, first_problem
+from hhrl_bench.schema import MAX_REPORTS, MAX_SEEDS, Count, Name, Rate, Record, first_problem
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_envs.arrays import Floats
@@ -48,8 +48,8 @@ class TrainingOutcomesRecord(Record):
 
     method: Name
     task: Name
-    seeds: Annotated[tuple[Count, ...], Field(min_length=1)]
-    env_steps: Annotated[tuple[Count, ...], Field(min_length=1)]
+    seeds: Annotated[tuple[Count, ...], Field(min_length=1, max_length=MAX_SEEDS)]
+    env_steps: Annotated[tuple[Count, ...], Field(min_length=1, max_length=MAX_REPORTS)]
     training: SharesRecord
     testing: SharesRecord
 

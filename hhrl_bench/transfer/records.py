@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record
+from hhrl_bench.schema import MAX_REPORTS, MAX_RESULTS, MAX_SEEDS, Count, Finite, Name, Positive, Rate, Record
 from hhrl_bench.training.learning_curves import Curve
 from hhrl_bench.transfer.transfer import CONTROL, ArmName
 
@@ -68,10 +68,10 @@ class TransferRecord(Record):
     target: Name
     method: Name
     arm: ArmName
-    seeds: Annotated[tuple[Count, ...], Field(min_length=1)]
+    seeds: Annotated[tuple[Count, ...], Field(min_length=1, max_length=MAX_SEEDS)]
     budget: Positive
     threshold: Rate
-    env_steps: tuple[Count, ...]
+    env_steps: Annotated[tuple[Count, ...], Field(min_length=1, max_length=MAX_REPORTS)]
     success: tuple[tuple[Rate, ...], ...]
     start: SeedsMetricRecord
     final: SeedsMetricRecord
@@ -121,7 +121,7 @@ class TransferSetRecord(Record):
     schema_version: Literal[1]
     confidence: Rate
     bootstrap_seed: Count
-    rows: Annotated[tuple[TransferRecord, ...], Field(min_length=1)]
+    rows: Annotated[tuple[TransferRecord, ...], Field(min_length=1, max_length=MAX_RESULTS)]
 
     @model_validator(mode="after")
     def _arms_are_unique_and_have_a_control(self) -> Self:

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hhrl_agents import METHODS, RULES
+from hhrl_agents.training.drivers import Drivers
 from hhrl_bench.errors import AgentError, RecordError
-from hhrl_bench.evaluation.decisions import Trace, recordings
+from hhrl_bench.evaluation.decisions import Trace, episodes_of, recording
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.evaluation.evidence import Evidence, unpack
-from hhrl_bench.evaluation.guarded_agent import OPTIONS
-from hhrl_bench.evaluation.loading import Kind, training_record
+from hhrl_bench.evaluation.loading import training_record
 from hhrl_bench.evaluation.metrics import Metric, means
-from hhrl_bench.evaluation.paired_evaluation import evaluation_slots, play
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, evaluation_drivers, play
 from hhrl_bench.evaluation.records import MetricsRecord, ResultRecord, RunMetricsRecord, RunRecord, TaskRecord
 from hhrl_bench.evaluation.results import (
     count_traffic,
@@ -30,7 +30,8 @@ from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import Record
 from hhrl_bench.tasks.tasks import SCRIPTED, Task, get_task
-from hhrl_envs import Option, get_scenario
+from hhrl_bench.verification.identity import named
+from hhrl_envs import Option, Scenario, get_scenario
 from hhrl_envs.arrays import Keys
 
 
@@ -46,6 +47,13 @@ def played_task(record: TaskRecord) -> Task:
     if opponent not in {SCRIPTED, *RULES, *METHODS}:
         raise RecordError(f"the opponent {opponent!r} of {task.id} does not come with the package; play another one")
     return task.against(opponent)
+
+
+_REPLAYED_ROWS = 10_000
+"""Episodes that are played again side by side, if they are of several runs."""
+
+_EPISODE_BYTES, _HEADER_BYTES = 256, 65_536
+"""Room in evidence for the whole numbers of an episode, and for the names of all arrays."""
 
 
 @dataclass
@@ -74,7 +82,6 @@ class CheckedResult:
 
     def recompute(self) -> Iterator[Finding]:
         """Return what differs from the whole numbers of the evidence, from the checkpoints, and within the result."""
-        yield from differences(f"{self.place}.kind", self.result.kind, self.kind)
         for place, run in self.runs():
             try:
                 self.evidence.append(self._evidence(run))
@@ -90,42 +97,42 @@ class CheckedResult:
             yield from _differ(f"{place}.traffic", run.traffic, count_traffic(records))
         yield from self._check_metrics(known)
         yield from _differ(f"{self.place}.traffic", self.result.traffic, summarise_traffic(known))
-        held = self.result.option
-        if held and any((one.trace.options != OPTIONS[held]).any() for one in self.evidence if one):
-            yield Finding(f"{self.place}.option", f"{held} is published, other options were selected")
 
     def replay(self) -> Iterator[Finding]:
         """Return what differs from what the stored decisions come to; the evidence has been read before."""
         evidence = [one for one in self.evidence if one]
-        if len(evidence) < len(self.result.runs):
+        if not self.readable:
             return
         try:
             replayed = replay(evidence, self.task, self.seeds)
         except RecordError as error:
             yield Finding(f"{self.place}.runs", str(error))
             return
-        for (place, _), kept, records in zip(self.runs(), evidence, replayed, strict=True):
-            yield from _of_decisions(f"{place}.evidence_sha256", kept, records)
-        result = self.result
+        for (place, _), kept, one in zip(self.runs(), evidence, replayed, strict=True):
+            yield from self._of_decisions(f"{place}.evidence_sha256", kept, one)
+        result, every = self.result, [one.records for one in replayed]
         runs = [
             run_record(run.checkpoint_sha256, run.training, records, run.evidence_sha256, run.metrics.declarations())
-            for run, records in zip(result.runs, replayed, strict=True)
+            for run, records in zip(result.runs, every, strict=True)
         ]
-        found = result_record(result.agent, result.kind, self.task, result.option, runs, replayed)
+        found = result_record(result.agent, result.kind, self.task, result.option, runs, every)
         found = found.model_copy(update={"failed_seeds": result.failed_seeds})
         yield from _differ(self.place, result, found)
 
     @property
     def playable(self) -> bool:
         """Whether its agents can be run again: they are rules, or their checkpoints are there."""
-        return self.kind == "rule" or (self.kind == "learned" and self.checkpoints)
+        kind = named(self.result.agent).kind
+        return kind == "rule" or (kind == "learned" and self.checkpoints)
 
     @property
-    def kind(self) -> Kind:
-        """What its agents are, whatever the entry calls them."""
-        if self.result.agent in RULES:
-            return "rule"
-        return "learned" if all(run.checkpoint_sha256 for run in self.result.runs) else "factory"
+    def readable(self) -> bool:
+        """Whether the evidence of every run has been read."""
+        return len(self.evidence) == len(self.result.runs) and None not in self.evidence
+
+    def forget(self) -> None:
+        """Drop what was read, which may be much of all results together."""
+        self.evidence.clear()
 
     def runs(self) -> list[tuple[str, RunRecord]]:
         """Return the runs with their places."""
@@ -136,12 +143,36 @@ class CheckedResult:
             raise RecordError("no evidence is kept of this run")
         path = self.store.evidence(run.evidence_sha256)
         try:
-            evidence = unpack(read(path))
+            evidence = unpack(read(path, self._evidence_bytes))
         except RecordError as error:
             raise RecordError(f"{path.name}: {error}") from error
         if len(evidence.trace.steps) != self.task_record.episodes:
             raise RecordError(f"{path.name} has {len(evidence.trace.steps)} episodes, not {self.task_record.episodes}")
         return evidence
+
+    @property
+    def _evidence_bytes(self) -> int:
+        """The most that the evidence of so many episodes unpacks to."""
+        scenario = get_scenario(self.task.scenario)
+        vehicles = 1 + (scenario.learned_fronts or 0)
+        return self.task_record.episodes * (2 * vehicles * scenario.horizon + _EPISODE_BYTES) + _HEADER_BYTES
+
+    def _of_decisions(self, place: str, kept: Evidence, found: ScoredEpisodes) -> Iterator[Finding]:
+        """Yield which whole numbers and decisions of others are not those that the agent's decisions come to."""
+        records = found.records
+        pairs: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {
+            "steps": (kept.steps, records.steps),
+            "outcome": (kept.outcome, records.outcome),
+            **{key: (ours, records.measured[key]) for key, ours in kept.measured.items()},
+        }
+        if isinstance(records, TrafficRecords):
+            pairs |= {"outcomes": (kept.outcomes, records.outcomes), "feasible": (kept.feasible, records.feasible)}
+        for name, (ours, theirs) in pairs.items():
+            if not np.array_equal(ours, theirs):
+                yield Finding(place, f"the {name} in it are not what the decisions in it come to")
+        if not np.array_equal(kept.trace.actions, found.trace.actions):
+            who = f"{self.task.opponent}, that" if self.task.opponent else "the vehicles that"
+            yield Finding(place, f"the actions in it are not all those of {who} drives there")
 
     def _check_training(self, place: str, run: RunRecord) -> Iterator[Finding]:
         if run.checkpoint_sha256 is None:
@@ -182,20 +213,6 @@ def _whole_metrics_of(record: MetricsRecord | RunMetricsRecord, known: EpisodeRe
     return [metric for metric in record.declarations() if metric.accumulation is None or metric.key in known.measured]
 
 
-def _of_decisions(place: str, kept: Evidence, records: EpisodeRecords) -> Iterator[Finding]:
-    """Yield which whole numbers of an evidence are not those of the episodes that its decisions come to."""
-    pairs: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {
-        "steps": (kept.steps, records.steps),
-        "outcome": (kept.outcome, records.outcome),
-        **{key: (ours, records.measured[key]) for key, ours in kept.measured.items()},
-    }
-    if isinstance(records, TrafficRecords):
-        pairs |= {"outcomes": (kept.outcomes, records.outcomes), "feasible": (kept.feasible, records.feasible)}
-    for name, (ours, found) in pairs.items():
-        if not np.array_equal(ours, found):
-            yield Finding(place, f"the {name} in it are not what the decisions in it come to")
-
-
 def _of_whole_numbers(place: str, published: RunMetricsRecord, known: EpisodeRecords) -> Iterator[Finding]:
     for key, found in means(known, _whole_metrics_of(published, known)).items():
         yield from differences(f"{place}.{key}", published.get(key), found)
@@ -208,28 +225,34 @@ def _differ(place: str, published: Record | None, found: Record | None) -> Itera
     return differences(place, plain(published), plain(found))
 
 
-def replay(evidence: Sequence[Evidence], task: Task, seeds: Keys) -> list[EpisodeRecords]:
-    """Return the records of each policy's episodes in the worlds ``seeds`` uint64 [N], run again from their traces.
+def replay(evidence: Sequence[Evidence], task: Task, seeds: Keys) -> list[ScoredEpisodes]:
+    """Return each policy's episodes in the worlds ``seeds`` uint64 [N], run again from its decisions in their traces.
+
+    Who else drives in the task decides again for itself, whatever the traces say.
 
     Raises:
         RecordError: if the traces cannot be those of such episodes.
     """
-    scenario, slots = get_scenario(task.scenario), evaluation_slots(task)
-    traces = [one.trace for one in evidence]
-    for trace in traces:
-        _require_fit(trace, len(slots), 1 + (scenario.learned_fronts or 0), len(seeds), scenario.num_actions)
-    together = Trace(*(np.concatenate(arrays) for arrays in zip(*traces, strict=True)))
-    agent, drivers = recordings(together, slots)
-    worlds = np.tile(seeds, len(traces))
-    records = play(agent, scenario, worlds, rows=len(worlds), drivers=drivers).records
-    return [records.part(slice(first, first + len(seeds))) for first in range(0, len(worlds), len(seeds))]
+    scenario, drivers = get_scenario(task.scenario), evaluation_drivers(task)
+    for one in evidence:
+        _require_fit(one.trace, drivers, len(seeds), scenario)
+    together, replayed = max(1, _REPLAYED_ROWS // len(seeds)), []
+    for first in range(0, len(evidence), together):
+        traces = [one.trace for one in evidence[first : first + together]]
+        trace = Trace(*(np.concatenate(arrays) for arrays in zip(*traces, strict=True)))
+        worlds = np.tile(seeds, len(traces))
+        played = play(recording(trace, drivers.slots), scenario, worlds, rows=len(worlds), drivers=drivers)
+        parts = [slice(begin, begin + len(seeds)) for begin in range(0, len(worlds), len(seeds))]
+        replayed += [ScoredEpisodes(played.records.part(part), episodes_of(played.trace, part)) for part in parts]
+    return replayed
 
 
-def _require_fit(trace: Trace, own: int, driven: int, episodes: int, levels: int) -> None:
+def _require_fit(trace: Trace, drivers: Drivers, episodes: int, scenario: Scenario) -> None:
+    own, driven = len(drivers.slots), len(drivers.slots) + len(drivers.others)
     if len(trace.steps) != episodes:
         raise RecordError(f"the trace has {len(trace.steps)} episodes, not {episodes}")
-    if trace.options.shape[1] != own or trace.actions.shape[1] not in {driven, 1}:
-        raise RecordError(f"the trace drives {trace.actions.shape[1]} vehicles, which this task does not")
+    if trace.options.shape[1] != own or trace.actions.shape[1] != driven:
+        raise RecordError(f"the trace drives {trace.actions.shape[1]} vehicles, in this task agents drive {driven}")
     known = bool((trace.options >= -1).all() and (trace.options < len(Option)).all())
-    if not known or trace.actions.min() < 0 or trace.actions.max() >= levels:
+    if not known or trace.actions.min() < 0 or trace.actions.max() >= scenario.num_actions:
         raise RecordError("the trace holds an option or action that this scenario does not have")

@@ -14,6 +14,7 @@ from hhrl_bench.leaderboard.record import LeaderboardRecord, derived_fields
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.transfer.summary import recompute
 from hhrl_bench.verification.checked_result import checked_results, played_task
+from hhrl_bench.verification.identity import check_identity, check_weights
 from hhrl_bench.verification.rerun import rerun
 from hhrl_bench.verification.retrained import retrain
 from hhrl_envs.errors import InputError
@@ -37,19 +38,25 @@ def verify(
     except UnknownTaskError as error:
         yield Finding("tasks", str(error))
         return
+    yield from check_identity(board)
     if level == Level.SCHEMA:
         return
+    yield from check_weights(board, store)
     results = checked_results(board, store)
     count = len(results) if sample is None or level.includes(Level.RETRAINED) else min(sample, len(results))
     again = np.random.default_rng(seed).permutation(len(results))[:count] if level.includes(Level.RERUN) else ()
+    readable = True
     for index, result in enumerate(results):
         yield from result.recompute()
         if level.includes(Level.REPLAYED):
             yield from result.replay()
         if index in again:
             yield from rerun(result)
+        readable &= result.readable
+        result.forget()
         update(index + 1, len(results), f"{result.result.agent} on {result.result.task}")
-    yield from _check_derived(board, store)
+    if readable:
+        yield from _check_derived(board, store)
     if level.includes(Level.RETRAINED):
         yield from retrain(board, update, sample, seed)
 

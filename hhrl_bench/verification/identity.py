@@ -1,0 +1,208 @@
+"""What the rows of an entry stand for: an agent's name and kind, its training seeds, its checkpoints; nothing is played.
+
+A registered name is that agent and no other. A rule and a user's own code have one run and no checkpoint; a learned
+agent has a checkpoint for each training seed, all of one training. Of a registered method the seeds are 0 to n - 1.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from hhrl_agents import METHODS, RULES
+from hhrl_agents.policies import checkpoints
+from hhrl_agents.policies.checkpoint_file import SHIPPED
+from hhrl_bench.evaluation.loading import Kind
+from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TrainingRecord
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.findings import Finding, differences
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.schema import sha256_of
+from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.training.train import ENGINES, Plan, get_method
+from hhrl_bench.transfer.transfer import ARMS, target_method
+from hhrl_envs import get_scenario
+from hhrl_envs.errors import InputError
+
+_FACTORY = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", re.ASCII)
+_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s", "_": "-", ".": "-", " ": "-"})
+
+
+class Named(NamedTuple):
+    """What the name of an agent says: its kind, and of a registered method its id and the arm of a transfer, if any."""
+
+    kind: Kind
+    method: str | None = None
+    arm: str | None = None
+
+
+def named(agent: str) -> Named:
+    """Return what the name of an agent says; a name that is nobody's is that of checkpoints."""
+    method, _, arm = agent.partition(" ")
+    if agent in RULES:
+        return Named("rule")
+    if method in METHODS and (not arm or arm in ARMS):
+        return Named("learned", method, arm or None)
+    return Named("factory" if _FACTORY.fullmatch(agent) else "learned")
+
+
+def check_identity(board: LeaderboardRecord) -> Iterator[Finding]:
+    """Return which rows of an entry are not what their names say, as far as the entry itself shows it."""
+    steps = {(one.method, one.task): one.env_steps for one in board.trainings}
+    for index, result in enumerate(board.results):
+        place, says = f"results[{index}]", named(result.agent)
+        yield from _check_name(f"{place}.agent", result.agent)
+        yield from differences(f"{place}.kind", result.kind, says.kind)
+        yield from differences(f"{place}.option", result.option, None)
+        if says.kind != "learned":
+            yield from _check_untrained(place, result)
+            continue
+        yield from _check_seeds(place, result, registered=says.method is not None)
+        for number, run in enumerate(result.runs):
+            yield from _check_run(f"{place}.runs[{number}]", run, result, says, steps.get((result.agent, result.task)))
+
+
+def check_weights(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
+    """Return which runs of a result have the weights of another one, whatever the checkpoints say of themselves."""
+    if not board.checkpoints_published:
+        return
+    digest = cache(lambda sha256: _weights(store.checkpoint(sha256)))
+    for index, result in enumerate(board.results):
+        seen: dict[str, int] = {}
+        for number, run in enumerate(result.runs):
+            place = f"results[{index}].runs[{number}]"
+            if run.checkpoint_sha256 is None:
+                continue
+            try:
+                first = seen.setdefault(digest(run.checkpoint_sha256), number)
+            except InputError as error:
+                yield Finding(f"{place}.checkpoint_sha256", str(error))
+                continue
+            if first != number:
+                yield Finding(f"{place}.checkpoint_sha256", f"it has the weights of runs[{first}]")
+
+
+def _weights(path: Path) -> str:
+    """Return the sha256 of the parameters of a checkpoint."""
+    parameters = checkpoints.load(path).parameters
+    return hashlib.sha256(b"".join(parameters[name].tobytes() for name in sorted(parameters))).hexdigest()
+
+
+def _check_name(place: str, agent: str) -> Iterator[Finding]:
+    if not agent.isascii() or agent != " ".join(agent.split()):
+        yield Finding(place, f"{agent!r} has signs or spaces that may look like others; publish it under a plain name")
+    near = _by_look().get(_look(agent))
+    if near is not None and near != agent:
+        yield Finding(place, f"{agent!r} looks like {near}, which it is not; publish it under another name")
+
+
+def _look(agent: str) -> str:
+    return agent.casefold().translate(_ALIKE)
+
+
+def _by_look() -> Mapping[str, str]:
+    arms = [f"{method} {arm}" for method in METHODS for arm in ARMS]
+    return {_look(name): name for name in (*RULES, *METHODS, *arms)}
+
+
+def _check_untrained(place: str, result: ResultRecord) -> Iterator[Finding]:
+    """Return what a rule or a user's own code has that only training gives."""
+    yield from differences(f"{place}.failed_seeds", result.failed_seeds, ())
+    if len(result.runs) > 1:
+        yield Finding(f"{place}.runs", f"{len(result.runs)} runs of an agent that is not trained; publish one")
+    for number, run in enumerate(result.runs):
+        yield from differences(f"{place}.runs[{number}].checkpoint_sha256", run.checkpoint_sha256, None)
+        if run.training is not None:
+            yield Finding(f"{place}.runs[{number}].training", f"{result.agent} is not trained")
+
+
+def _check_seeds(place: str, result: ResultRecord, *, registered: bool) -> Iterator[Finding]:
+    """Return what is wrong with the training seeds of a learned agent, and how its runs differ in what they share."""
+    seeds = [*result.seeds, *result.failed_seeds]
+    if len(set(seeds)) < len(seeds) or list(result.seeds) != sorted(result.seeds):
+        yield Finding(f"{place}.runs", f"their seeds are {', '.join(map(str, seeds))}; each counts once, ascending")
+    elif registered and sorted(seeds) != list(range(len(seeds))):
+        yield Finding(f"{place}.runs", f"their seeds are {', '.join(map(str, seeds))}, not 0 to {len(seeds) - 1}")
+    first: dict[str | None, int] = {}
+    for number, run in enumerate(result.runs):
+        same = first.setdefault(run.checkpoint_sha256, number)
+        if run.checkpoint_sha256 and same != number:
+            yield Finding(f"{place}.runs[{number}].checkpoint_sha256", f"it is that of runs[{same}]")
+    shared = [_shared(run.training) for run in result.runs if run.training]
+    for number, other in enumerate(shared):
+        yield from differences(f"{place}.runs[{number}].training", other, shared[0])
+
+
+def _shared(training: TrainingRecord) -> dict[str, object]:
+    return training.model_dump(exclude={"seed", "env_steps", "command", "source_sha256"})
+
+
+def _check_run(
+    place: str, run: RunRecord, result: ResultRecord, says: Named, reports: Sequence[int] | None
+) -> Iterator[Finding]:
+    if run.checkpoint_sha256 is None or run.training is None:
+        yield Finding(f"{place}.checkpoint_sha256", f"{result.agent} is learned; publish a checkpoint of every run")
+        return
+    try:
+        if run.training.task is not None or says.method is not None:
+            yield from _check_training(f"{place}.training", run.training)
+        if says.method is not None:
+            yield from _check_registered(f"{place}.training", run, result, says)
+    except InputError as error:
+        yield Finding(f"{place}.training", str(error))
+    if reports is not None and run.training.env_steps not in reports:
+        yield Finding(f"{place}.training.env_steps", "its learning curve has no report there")
+
+
+def _check_training(place: str, training: TrainingRecord) -> Iterator[Finding]:
+    """Return what a training says of itself that cannot be."""
+    task, budget = get_task(training.task or ""), training.budget or 0
+    scenario = get_scenario(task.scenario)
+    yield from differences(f"{place}.scenario", training.scenario, scenario.id)
+    yield from differences(f"{place}.spec_hash", training.spec_hash, scenario.spec_hash)
+    if training.env_steps > _rounded(budget, training, task):
+        yield Finding(f"{place}.env_steps", f"{training.env_steps:,} steps are more than its budget of {budget:,}")
+    if training.arm is None and training.command not in _commands(training, task, budget):
+        yield Finding(f"{place}.command", "it is not the command that trains this seed")
+
+
+def _rounded(budget: int, training: TrainingRecord, task: Task) -> int:
+    """Return the env steps of a training that has this budget: whole rounds of its environments."""
+    n_envs = METHODS[training.method].config.n_envs if training.method in METHODS else budget or 1
+    return -(-budget // n_envs) * n_envs
+
+
+def _commands(training: TrainingRecord, task: Task, budget: int) -> list[str]:
+    """Return the commands that train a seed so, by either engine."""
+    method = get_method(training.method)
+    ways = [
+        (engine, device) for engine in ENGINES for device in ("cpu", "cuda") if engine == "torch" or device == "cpu"
+    ]
+    plans = [Plan(method, task, (training.seed,), budget, Path(), engine=way, device=device) for way, device in ways]
+    return [plan.command for plan in plans]
+
+
+def _check_registered(place: str, run: RunRecord, result: ResultRecord, says: Named) -> Iterator[Finding]:
+    """Return where a row of a registered method is not of that method as it is registered, with its task's budget."""
+    training, task = run.training, get_task(result.task)
+    assert training is not None
+    assert says.method is not None
+    method = get_method(says.method)
+    yield from differences(f"{place}.method", training.method, method.id)
+    yield from differences(f"{place}.arm", training.arm, says.arm)
+    if says.arm is not None:
+        yield from differences(f"{place}.task", training.task, task.id)
+    elif run.checkpoint_sha256 not in _shipped():
+        yield from differences(f"{place}.budget", training.budget, get_task(training.task or "").env_steps)
+    if says.arm is not None and training.budget:
+        method = target_method(method, task, training.budget)
+    if training.budget:
+        yield from differences(f"{place}.config_hash", training.config_hash, method.config_hash)
+
+
+@cache
+def _shipped() -> frozenset[str]:
+    """Return the hashes of the checkpoints that come with the package."""
+    return frozenset(sha256_of(path.read_bytes()) for path in SHIPPED.glob("*/seed-*.safetensors"))
