@@ -16,8 +16,20 @@ from hhrl_bench.leaderboard.entry import entry_schema, named_files, read_entry
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.schema import SCHEMA_VERSION, STEM, Name, Positive, Record, Sha256, Stem, first_problem, sha256_of
+from hhrl_bench.schema import (
+    RESERVED,
+    SCHEMA_VERSION,
+    STEM,
+    Name,
+    Positive,
+    Record,
+    Sha256,
+    Stem,
+    first_problem,
+    sha256_of,
+)
 from hhrl_bench.suites import suites
+from hhrl_bench.tasks.tasks import get_task
 
 INDEX, SCHEMA = "INDEX.json", "schema.json"
 NAME = re.compile(STEM)
@@ -113,7 +125,7 @@ def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> No
     Raises:
         RecordError: if the name is taken or none, or the entry is not what a run of its suite makes.
     """
-    if not NAME.fullmatch(name) or name in suites.SUITES:
+    if not NAME.fullmatch(name) or name in {*suites.SUITES, *RESERVED}:
         raise RecordError(
             f"cannot call an entry {name!r}; write small letters, digits and hyphens, and no suite's name"
         )
@@ -122,6 +134,8 @@ def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> No
     own = suites.get_suite(board.suite)
     _require_equal("tasks", [task.id for task in board.tasks], list(own.tasks), own.id)
     _require_equal("episodes", {task.episodes for task in board.tasks}, {own.episodes}, own.id)
+    opponents = [task.opponent and task.opponent.agent for task in board.tasks]
+    _require_equal("opponents", opponents, [get_task(task).opponent for task in own.tasks], own.id)
     scored = {(result.agent, result.task) for result in board.results}
     agents = dict.fromkeys(result.agent for result in board.results)
     missing = [f"{agent} on {task}" for agent in agents for task in own.tasks if (agent, task) not in scored]

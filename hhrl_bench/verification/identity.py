@@ -1,4 +1,4 @@
-"""What the rows of an entry stand for: an agent's name and kind, its training seeds, its checkpoints; nothing is played.
+"""What the rows of an entry stand for: agents' names and kinds, training seeds, checkpoints; nothing is played.
 
 A registered name is that agent and no other. A rule and a user's own code have one run and no checkpoint; a learned
 agent has a checkpoint for each training seed, all of one training. Of a registered method the seeds are 0 to n - 1.
@@ -21,7 +21,7 @@ from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import sha256_of
 from hhrl_bench.tasks.tasks import Task, get_task
-from hhrl_bench.training.train import ENGINES, Plan, get_method
+from hhrl_bench.training.train import Plan, get_method
 from hhrl_bench.transfer.transfer import ARMS, target_method
 from hhrl_envs import get_scenario
 from hhrl_envs.errors import InputError
@@ -162,26 +162,23 @@ def _check_training(place: str, training: TrainingRecord) -> Iterator[Finding]:
     scenario = get_scenario(task.scenario)
     yield from differences(f"{place}.scenario", training.scenario, scenario.id)
     yield from differences(f"{place}.spec_hash", training.spec_hash, scenario.spec_hash)
-    if training.env_steps > _rounded(budget, training, task):
+    if training.env_steps > _rounded(budget, training.method):
         yield Finding(f"{place}.env_steps", f"{training.env_steps:,} steps are more than its budget of {budget:,}")
     if training.arm is None and training.command not in _commands(training, task, budget):
         yield Finding(f"{place}.command", "it is not the command that trains this seed")
 
 
-def _rounded(budget: int, training: TrainingRecord, task: Task) -> int:
-    """Return the env steps of a training that has this budget: whole rounds of its environments."""
-    n_envs = METHODS[training.method].config.n_envs if training.method in METHODS else budget or 1
+def _rounded(budget: int, method: str) -> int:
+    """Return the env steps of a training that has this budget: whole rounds of the method's environments."""
+    n_envs = get_method(method).config.n_envs
     return -(-budget // n_envs) * n_envs
 
 
 def _commands(training: TrainingRecord, task: Task, budget: int) -> list[str]:
     """Return the commands that train a seed so, by either engine."""
     method = get_method(training.method)
-    ways = [
-        (engine, device) for engine in ENGINES for device in ("cpu", "cuda") if engine == "torch" or device == "cpu"
-    ]
-    plans = [Plan(method, task, (training.seed,), budget, Path(), engine=way, device=device) for way, device in ways]
-    return [plan.command for plan in plans]
+    ways = (("compiled", "cpu"), ("torch", "cpu"), ("torch", "cuda"))
+    return [Plan(method, task, (training.seed,), budget, Path(), None, *way).command for way in ways]
 
 
 def _check_registered(place: str, run: RunRecord, result: ResultRecord, says: Named) -> Iterator[Finding]:
