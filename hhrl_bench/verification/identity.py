@@ -170,7 +170,7 @@ def _check_training(place: str, training: TrainingRecord) -> Iterator[Finding]:
 
 def _rounded(budget: int, method: str) -> int:
     """Return the env steps of a training that has this budget: whole rounds of the method's environments."""
-    n_envs = get_method(method).config.n_envs
+    n_envs: int = get_method(method).config.n_envs
     return -(-budget // n_envs) * n_envs
 
 

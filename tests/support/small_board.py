@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from hhrl_bench.evaluation.records import TimedResult
+from hhrl_bench.evaluation.records import ResultRecord, TimedResult
 from hhrl_bench.evaluation.results import task_record
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import build_entry, publish_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites.units import Evaluation, OutcomeRecord
 from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
 from hhrl_bench.transfer.summary import ArmCurves, TransferCurves, transfer_set
 from hhrl_bench.transfer.transfer import ArmName
@@ -24,10 +25,10 @@ PAIRS = (
     ("rule-2", "adversary-v0"),
     ("follow-only", "adversary-v0"),
 )
-TRAININGS = (
-    training([[0.0, 0.95, 0.5, 0.9], [0.1, 0.25, 0.8, 0.93], *[[0.0, 0.25, 0.9, 0.95]] * 3]),
-    training([[0.0, 0.1, 0.3, 0.94]] * 3, method="platoon", task="platoon-v0"),
-)
+CURVES = {
+    ("ddqn", "stop-line-v0"): [[0.0, 0.95, 0.5, 0.9], [0.1, 0.25, 0.8, 0.93], *[[0.0, 0.25, 0.9, 0.95]] * 3],
+    ("platoon", "platoon-v0"): [[0.0, 0.1, 0.3, 0.94]] * 3,
+}
 
 
 def publish(folder: Path, pairs: Sequence[tuple[str, str]] = PAIRS) -> Path:
@@ -35,12 +36,20 @@ def publish(folder: Path, pairs: Sequence[tuple[str, str]] = PAIRS) -> Path:
     store = Store(folder)
     done = [Evaluation(agent, get_task(task), EPISODES, folder).run() for agent, task in pairs]
     tasks = [task_record(get_task(task), EPISODES) for task in dict.fromkeys(task for _, task in pairs)]
-    trainings = [one for one in TRAININGS if one.task in {task.id for task in tasks}]
+    trainings = [_training(one.result) for one in done if (one.result.agent, one.result.task) in CURVES]
     board = build_entry("small", tasks, done, "make it", store, trainings=trainings)
     path = folder / "published" / "small.json"
     path.parent.mkdir()
     publish_entry(board, path, store)
     return path
+
+
+def _training(result: ResultRecord) -> TrainingOutcomesRecord:
+    """Return a training with reports where the checkpoints of a result were taken."""
+    success = CURVES[result.agent, result.task]
+    steps = sorted({0, *(run.training.env_steps for run in result.runs if run.training)})
+    steps += [steps[-1] + 1 + more for more in range(len(success[0]) - len(steps))]
+    return training(success, result.agent, result.task, steps)
 
 
 def outcome(path: Path) -> TimedResult:
