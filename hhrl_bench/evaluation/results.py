@@ -71,7 +71,8 @@ def evaluate_agent(
     runs: list[RunRecord] = []
     for loaded in agents:
         try:
-            played = play_task(loaded.agent, task, seeds, held)
+            with loaded:
+                played = play_task(loaded.agent, task, seeds, held)
         except AgentError as error:
             raise AgentError(f"{source}: {error}") from error
         records.append(played.records)
