@@ -79,8 +79,8 @@ def test_a_learned_agent_decides_and_attends_the_same_apart() -> None:
         np.testing.assert_array_equal(ours, theirs, strict=True)
     assert isinstance(here, AttentiveAgent)
     assert isinstance(apart, AttentiveAgent)
-    ours, theirs = (attend(one, observations, option) for one in (here, apart))
-    np.testing.assert_array_equal(ours, theirs, strict=True)
+    weights, others = (attend(one, observations, option) for one in (here, apart))
+    np.testing.assert_array_equal(weights, others, strict=True)
 
 
 def test_an_agent_writes_into_a_folder_that_goes_with_it(folder: Path) -> None:
