@@ -135,15 +135,15 @@ def _evaluate_command(
 def _evaluate_each(
     agents: Sequence[str], task: "Task", episodes: int, option: "OptionName | None"
 ) -> tuple[list["TimedResult"], list[str]]:
-    """Return the results of the agents that can be scored, and why the others cannot; raise if none can."""
-    from hhrl_bench.errors import AgentError
+    """Return the results, and why users' own agents have failed that have none; raise if there is no result."""
+    from hhrl_bench.errors import FailedAgentError
 
     timed: list[TimedResult] = []
-    failures: list[AgentError] = []
+    failures: list[FailedAgentError] = []
     for agent in agents:
         try:
             timed.append(_evaluate_timed(agent, task, episodes, option))
-        except AgentError as error:
+        except FailedAgentError as error:
             failures.append(error)
     if not timed:
         raise failures[0]

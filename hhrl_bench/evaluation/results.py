@@ -74,7 +74,7 @@ def evaluate_agent(
             with loaded:
                 played = play_task(loaded.agent, task, seeds, held)
         except AgentError as error:
-            raise AgentError(f"{source}: {error}") from error
+            raise type(error)(f"{source}: {error}") from error
         records.append(played.records)
         evidence = None if store is None else _keep(store, loaded, played)
         runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))

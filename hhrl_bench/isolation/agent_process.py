@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from hhrl_agents import Decision
-from hhrl_bench.errors import AgentError
+from hhrl_bench.errors import AgentError, FailedAgentError
 from hhrl_bench.isolation import frames
 from hhrl_bench.isolation.supervision import KILLED
 from hhrl_envs import Scenario
@@ -57,7 +57,7 @@ class AgentProcess:
         scenario: what the factory is called with.
 
     Raises:
-        AgentError: if no agent is made; later, in place of an answer.
+        FailedAgentError: if no agent is made; later, in place of an answer.
     """
 
     def __init__(self, server: str, source: str, scenario: Scenario) -> None:
@@ -116,7 +116,7 @@ class _Connection:
             flags = self._exchange(
                 frames.text_request(dumps(order)), f"making {source}", len(frames.ABILITIES), MAKING * self._seconds
             )
-        except AgentError:
+        except FailedAgentError:
             self.close()
             raise
         return [name for name, flag in zip(frames.ABILITIES, flags, strict=True) if flag]
@@ -131,18 +131,18 @@ class _Connection:
     def _exchange(self, request: bytes, what: str, size: int, seconds: float) -> bytearray:
         """Return the bytes of the answer to a request, which must be of this size and come in these seconds."""
         if not self.close.alive:
-            raise AgentError(f"{what} is asked for, but its process has ended; load the agent again")
+            raise FailedAgentError(f"{what} is asked for, but its process has ended; load the agent again")
         try:
             with self._watchdog.within(seconds):
                 status, answer = self._ask(request, size)
         except (EOFError, OSError) as error:
-            raise AgentError(self._fate(what)) from error
+            raise FailedAgentError(self._fate(what)) from error
         except BaseException:  # whatever comes next is no answer to what is asked next
             self.close()
             raise
         if status == frames.DONE:
             return answer
-        raise AgentError(answer.decode(errors="replace"))
+        raise FailedAgentError(answer.decode(errors="replace"))
 
     def _ask(self, request: bytes, size: int) -> tuple[int, bytearray]:
         to, back = _pipe(self._process.stdin), _pipe(self._process.stdout)
@@ -151,7 +151,9 @@ class _Connection:
             view = view[to.write(view) :]
         status, length = frames.ANSWER.unpack(frames.read_exactly(back, frames.ANSWER.size))
         if not (length == size if status == frames.DONE else status == frames.FAILED and length <= frames.LONGEST_TEXT):
-            raise AgentError("the agent has written into the pipe of its process; let it write to stdout or stderr")
+            raise FailedAgentError(
+                "the agent has written into the pipe of its process; let it write to stdout or stderr"
+            )
         return status, frames.read_exactly(back, length)
 
     def _fate(self, what: str) -> str:
