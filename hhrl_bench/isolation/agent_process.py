@@ -231,6 +231,7 @@ def _forward(stream: IO[bytes]) -> None:
 
 
 def _pipe(stream: IO[bytes] | None) -> Any:
+    """Return a pipe of a process that was begun with pipes."""
     return stream
 
 
