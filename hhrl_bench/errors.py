@@ -23,6 +23,10 @@ class AgentError(InputError):
     """An agent that cannot be found, loaded or played in this task."""
 
 
+class FailedAgentError(AgentError):
+    """A user's own agent that fails in its process; other agents can still be scored."""
+
+
 class RecordError(InputError):
     """A leaderboard or progress file that is not one."""
 

@@ -46,11 +46,11 @@ def extension_hashes() -> list[str]:
     return [_hashes[name] for name in sorted(_hashes)]
 
 
-def import_here(module: str) -> ModuleType:
-    """Return a module, which is looked for in the current folder too; what it prints goes to stderr."""
-    folder = str(Path.cwd())
-    if folder not in sys.path:
-        sys.path.insert(0, folder)
+def import_here(module: str, folder: Path | None = None) -> ModuleType:
+    """Return a module, looked for in a folder too, by default the current one; what it prints goes to stderr."""
+    here = str(folder or Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
     with contextlib.redirect_stdout(sys.stderr):
         return importlib.import_module(module)
 

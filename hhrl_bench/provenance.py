@@ -117,7 +117,7 @@ _DECISIVE: Mapping[str, tuple[str, ...]] = {
     "hhrl_agents": ("**/*.py",),
     "hhrl_bench": (
         "schema.py",
-        *(f"{folder}/**/*.py" for folder in ("evaluation", "statistics", "tasks", "training")),
+        *(f"{folder}/**/*.py" for folder in ("evaluation", "isolation", "statistics", "tasks", "training")),
         "transfer/transfer.py",
         "suites/units.py",
     ),

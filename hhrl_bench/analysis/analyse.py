@@ -25,20 +25,20 @@ def analyse(source: str, task: str | Task, episodes: int, episode: int = 0) -> A
     """
     task = get_task(task)
     scenario = get_scenario(task.scenario)
-    loaded = load_agents(source, scenario)[0]
-    trace = attention_over_episode(loaded.agent, task, episode)
-    steps = record_steps(loaded.agent, task, episodes)
-    return AnalysisRecord(
-        schema_version=SCHEMA_VERSION,
-        agent=source,
-        kind=loaded.kind,
-        checkpoint_sha256=loaded.sha256,
-        training=loaded.training,
-        task=task_record(task, episodes),
-        levels=tuple(map(float, scenario.vehicle.levels)),
-        episode=trace,
-        plane=attention_over_plane(loaded.agent, scenario),
-        option_usage=option_usage(steps, scenario),
-        level_rewards=level_rewards(steps),
-        attention=mean_attention(loaded.agent, steps),
-    )
+    with load_agents(source, scenario)[0] as loaded:
+        trace = attention_over_episode(loaded.agent, task, episode)
+        steps = record_steps(loaded.agent, task, episodes)
+        return AnalysisRecord(
+            schema_version=SCHEMA_VERSION,
+            agent=source,
+            kind=loaded.kind,
+            checkpoint_sha256=loaded.sha256,
+            training=loaded.training,
+            task=task_record(task, episodes),
+            levels=tuple(map(float, scenario.vehicle.levels)),
+            episode=trace,
+            plane=attention_over_plane(loaded.agent, scenario),
+            option_usage=option_usage(steps, scenario),
+            level_rewards=level_rewards(steps),
+            attention=mean_attention(loaded.agent, steps),
+        )

@@ -1,6 +1,6 @@
 """What an agent attends to and decides: over one test episode, step by step, and all over the (d_f, d_d) plane."""
 
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,13 +17,12 @@ from hhrl_bench.analysis.records import (
     series,
 )
 from hhrl_bench.analysis.steps import Steps, record_episode
-from hhrl_bench.errors import AgentError
-from hhrl_bench.evaluation.guarded_agent import OPTIONS, GuardedAgent, guarded
+from hhrl_bench.evaluation.guarded_agent import OPTIONS, GuardedAgent, attend, attentive
 from hhrl_bench.schema import OptionName
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs import observation as obs
-from hhrl_envs.arrays import Floats, Floats32, Ints
+from hhrl_envs.arrays import Floats, Floats32
 from hhrl_envs.errors import require_value
 from hhrl_envs.observation import SIZE, SYMBOLS, to_si
 from hhrl_envs.simulation.constants import pack
@@ -31,36 +30,6 @@ from hhrl_envs.simulation.sensing import derive_states
 
 POINTS = 41
 FARTHEST_FRONT, FARTHEST_LINE = 60.0, 80.0  # m; where the axes of the plane end, unless the sensors see less far
-
-
-@runtime_checkable
-class AttentiveAgent(Protocol):
-    """An agent whose action level weighs the state elements given the option."""
-
-    def attention(self, observations: Floats32, option: Ints) -> Floats32:
-        """Return the weights I(s, o), float32 [B, 11], for ``observations``, float32 [B, 11], and ``option`` [B]."""
-
-
-def attentive(agent: Agent) -> AttentiveAgent | None:
-    """Return the agent if it learned an attention, else None; methods without one would answer equal weights."""
-    method = getattr(agent, "method", None)
-    learned = method is None or bool(getattr(method, "attention", True))
-    return agent if learned and isinstance(agent, AttentiveAgent) else None
-
-
-def attend(agent: AttentiveAgent, observations: Floats32, option: Ints) -> Floats32:
-    """Return the weights I(s, o), float32 [B, 11], each row summing to 1.
-
-    Raises:
-        AgentError: if the agent fails, or answers anything but B rows of 11 numbers.
-    """
-    weights = np.asarray(guarded(lambda: agent.attention(observations.copy(), option.copy()), "attention"))
-    if weights.shape != (len(observations), SIZE) or weights.dtype.kind != "f" or not np.isfinite(weights).all():
-        raise AgentError(
-            f"the agent's attention has shape {weights.shape} and type {weights.dtype}; "
-            f"return finite float32 of shape ({len(observations)}, {SIZE})"
-        )
-    return weights.astype(np.float32)
 
 
 def attention_over_episode(agent: Agent, task: str | Task, episode: int = 0) -> EpisodeTraceRecord:

@@ -112,14 +112,42 @@ def evaluate(
     chosen, held = get_task(task).against(opponent), option_name(option)
     record = task_record(chosen, episodes)
     require_playable(agents, chosen)
-    timed = [_evaluate_timed(agent, chosen, episodes, held) for agent in agents]
-    if not as_json:
+    timed, failures = _evaluate_each(agents, chosen, episodes, held)
+    if as_json:
+        command = _evaluate_command(agents, task, episodes, held, opponent)
+        typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
+    else:
         print_table(console(), results_table(record, [one.result for one in timed]))
-        return
+    for failure in failures:
+        typer.echo(f"hhrl-bench: {failure}", err=True)
+    if failures:
+        raise typer.Exit(2)
+
+
+def _evaluate_command(
+    agents: Sequence[str], task: str, episodes: int, held: "OptionName | None", opponent: str | None
+) -> str:
     words = ["hhrl-bench", "evaluate", *agents, "--task", task, "--episodes", str(episodes)]
     words += ["--option", held] if held else []
-    command = shlex.join([*words, "--opponent", opponent] if opponent else words)
-    typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
+    return shlex.join([*words, "--opponent", opponent] if opponent else words)
+
+
+def _evaluate_each(
+    agents: Sequence[str], task: "Task", episodes: int, option: "OptionName | None"
+) -> tuple[list["TimedResult"], list[str]]:
+    """Return the results, and why users' own agents have failed that have none; raise if there is no result."""
+    from hhrl_bench.errors import FailedAgentError
+
+    timed: list[TimedResult] = []
+    failures: list[FailedAgentError] = []
+    for agent in agents:
+        try:
+            timed.append(_evaluate_timed(agent, task, episodes, option))
+        except FailedAgentError as error:
+            failures.append(error)
+    if not timed:
+        raise failures[0]
+    return timed, list(map(str, failures))
 
 
 @agents_app.command()

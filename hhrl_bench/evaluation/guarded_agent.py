@@ -7,7 +7,7 @@ import sysconfig
 import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from hhrl_bench.errors import AgentError
 from hhrl_bench.schema import OptionName
 from hhrl_envs import SUB_GOALS, Option
 from hhrl_envs.arrays import Flags, Floats32, Ints
+from hhrl_envs.observation import SIZE
 
 Result = TypeVar("Result")
 
@@ -64,8 +65,8 @@ class GuardedAgent(NamedTuple):
         answer = guarded(lambda: self._ask(observations.copy()), "act")
         if not isinstance(answer, tuple) or len(answer) != 2:
             raise AgentError(f"the agent's act returned {type(answer).__name__}; return Decision(option, action)")
-        option = _checked(answer[0], "options", rows, -1, len(Option) - 1)
-        return Decision(option, _checked(answer[1], "actions", rows, 0, self.num_actions - 1))
+        option = checked(answer[0], "options", rows, -1, len(Option) - 1)
+        return Decision(option, checked(answer[1], "actions", rows, 0, self.num_actions - 1))
 
     def _ask(self, observations: Floats32) -> object:
         if self.option is None:
@@ -74,6 +75,36 @@ class GuardedAgent(NamedTuple):
             raise AgentError("a flat agent has no option to hold; leave out --option")
         held = np.full(len(observations), self.option, np.int64)
         return held, self.agent.act_with_option(observations, held)
+
+
+@runtime_checkable
+class AttentiveAgent(Protocol):
+    """An agent whose action level weighs the state elements given the option."""
+
+    def attention(self, observations: Floats32, option: Ints) -> Floats32:
+        """Return the weights I(s, o), float32 [B, 11], for ``observations``, float32 [B, 11], and ``option`` [B]."""
+
+
+def attentive(agent: Agent) -> AttentiveAgent | None:
+    """Return the agent if it learned an attention, else None; methods without one would answer equal weights."""
+    method = getattr(agent, "method", None)
+    learned = method is None or bool(getattr(method, "attention", True))
+    return agent if learned and isinstance(agent, AttentiveAgent) else None
+
+
+def attend(agent: AttentiveAgent, observations: Floats32, option: Ints) -> Floats32:
+    """Return the weights I(s, o), float32 [B, 11], each row summing to 1.
+
+    Raises:
+        AgentError: if the agent fails, or answers anything but B rows of 11 numbers.
+    """
+    weights = np.asarray(guarded(lambda: agent.attention(observations.copy(), option.copy()), "attention"))
+    if weights.shape != (len(observations), SIZE) or weights.dtype.kind != "f" or not np.isfinite(weights).all():
+        raise AgentError(
+            f"the agent's attention has shape {weights.shape} and type {weights.dtype}; "
+            f"return finite float32 of shape ({len(observations)}, {SIZE})"
+        )
+    return weights.astype(np.float32)
 
 
 def guarded(call: Callable[[], Result], what: str) -> Result:
@@ -99,7 +130,8 @@ def _blamed(error: BaseException) -> str:
     return f"{Path(blamed.filename).name}, line {blamed.lineno}"
 
 
-def _checked(values: object, what: str, rows: int, low: int, high: int) -> Ints:
+def checked(values: object, what: str, rows: int, low: int, high: int) -> Ints:
+    """Return an agent's choices as int64 [rows]; raise an ``AgentError`` unless they are integers in [low, high]."""
     try:
         array = np.asarray(values)
     except (ValueError, TypeError) as error:

@@ -1,33 +1,38 @@
 """Agents by name: registered rules and methods, checkpoints, run directories and users' factories."""
 
 import hashlib
-import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from types import ModuleType
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import ValidationError
 
 from hhrl_agents import METHODS, RULES, Agent
 from hhrl_agents.policies.checkpoint_file import SHIPPED
 from hhrl_bench.errors import AgentError
+from hhrl_bench.evaluation.factories import require_module
 from hhrl_bench.evaluation.guarded_agent import guarded
 from hhrl_bench.evaluation.records import TrainingRecord
-from hhrl_bench.extensions import import_here
+from hhrl_bench.isolation.agent_process import AgentProcess
 from hhrl_bench.schema import first_problem
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Scenario, get_scenario
 
 Kind = Literal["rule", "learned", "factory"]
 
+_SERVER = "hhrl_bench.evaluation.agent_server"
+"""What runs in the process of a user's agent."""
+
 
 @dataclass(frozen=True)
 class LoadedAgent:
-    """An agent ready to drive; a learned one with its checkpoint's sha256, path and training."""
+    """An agent ready to drive; a learned one with its checkpoint's sha256, path and training.
+
+    One that a user's factory makes is in a process of its own, which ends with this as a context.
+    """
 
     kind: Kind
     agent: Agent
@@ -35,9 +40,18 @@ class LoadedAgent:
     training: TrainingRecord | None = None
     path: Path | None = None
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if isinstance(self.agent, AgentProcess):
+            self.agent.close()
+
 
 def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
     """Return the agent that ``source`` names, ready for ``task``; of several training seeds, the lowest.
+
+    One that ``module:factory`` makes runs in a process of its own, until nobody holds what is returned here.
 
     Args:
         source: a registered name, a checkpoint file, a run directory, or ``module:factory``.
@@ -52,6 +66,9 @@ def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
 def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
     """Return what ``source`` names: one agent, or one for each training seed, lowest first; see :func:`load_agent`."""
     name = str(source)
+    if _names_factory(name):
+        require_module(name)
+        return [LoadedAgent("factory", AgentProcess(_SERVER, name, scenario))]
     if name in RULES:
         return [LoadedAgent("rule", guarded(lambda: RULES[name](scenario), "constructor"))]
     if name in METHODS:
@@ -61,8 +78,6 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
         return _load_directory(path, scenario)
     if _holds(path.is_file) and path.suffix != ".py":
         return [_load_checkpoint(path, scenario)]
-    if ":" in name:
-        return [LoadedAgent("factory", _call_factory(name, scenario))]
     if path.suffix == ".py":
         raise AgentError(f"{name!r} is a file of Python; write module:factory, such as {path.stem}:make_agent")
     raise AgentError(
@@ -77,13 +92,33 @@ def _likely(name: str) -> str:
     return f", did you mean {near[0]}" if near else ""
 
 
+def _names_factory(name: str) -> bool:
+    path = Path(name)
+    if ":" not in name or name in RULES or name in METHODS:
+        return False
+    return not _holds(path.is_dir) and not (_holds(path.is_file) and path.suffix != ".py")
+
+
 def require_playable(sources: Sequence[str], task: Task) -> None:
-    """Raise an ``AgentError``, before anything is run, for an agent that is named twice or does not load."""
+    """Raise an ``AgentError``, before anything is run, for an agent that is named twice or is plainly not there.
+
+    What a factory makes is seen when that agent's turn comes, so that one which fails keeps no other from being scored.
+    """
     twice = next((source for source in sources if sources.count(source) > 1), None)
     if twice is not None:
         raise AgentError(f"agent {twice!r} is named twice; name each agent once")
-    for source in sources[1:]:  # the first is loaded and played at once
-        load_agents(source, get_scenario(task.scenario))
+    for source in sources if len(sources) > 1 else ():  # a single one is loaded and played at once
+        if _names_factory(source):
+            require_module(source)
+        else:
+            load_agents(source, get_scenario(task.scenario))
+
+
+def require_loadable(source: str, task: Task) -> None:
+    """Raise an ``InputError`` if an agent does not load."""
+    for loaded in load_agents(source, get_scenario(task.scenario)):
+        with loaded:
+            pass
 
 
 def _holds(check: Callable[[], bool]) -> bool:
@@ -152,41 +187,3 @@ def _require_fit(metadata: Mapping[str, Any], scenario: Scenario, path: Path) ->
             f"{path} was trained in another version of {trained_in.id}: its spec hash is {metadata['spec_hash']}, "
             f"this version's {trained_in.spec_hash}; train it again"
         )
-
-
-def _call_factory(name: str, scenario: Scenario) -> Agent:
-    module, _, factory = name.partition(":")
-    make = getattr(_import(module), factory, None)
-    if not callable(make):
-        raise AgentError(f"module {module!r} has no callable {factory!r}; write module:factory")
-    _require_arity(make, name, scenario)
-    agent = guarded(lambda: make(scenario), f"factory {name}, called with the scenario,")
-    if not isinstance(agent, Agent):
-        raise AgentError(f"{name} returned {type(agent).__name__}; return an agent: reset(mask) and act(observations)")
-    return agent
-
-
-def _require_arity(make: Callable[..., object], name: str, scenario: Scenario) -> None:
-    try:
-        inspect.signature(make).bind(scenario)
-    except ValueError:  # it does not say what it takes
-        return
-    except TypeError as error:
-        raise AgentError(
-            f"factory {name}{_place(make)} cannot be called with the scenario: {error}; let it take the scenario alone"
-        ) from error
-
-
-def _place(make: Callable[..., object]) -> str:
-    try:
-        return f" ({Path(inspect.getfile(make)).name}, line {inspect.getsourcelines(make)[1]})"
-    except (TypeError, OSError):  # neither a function nor a class, or without its source
-        return ""
-
-
-def _import(module: str) -> ModuleType:
-    try:
-        return import_here(module)
-    except (Exception, SystemExit) as error:
-        hint = "write module:factory, the module as in an import statement; it is looked for in the current folder"
-        raise AgentError(f"cannot import {module!r}: {type(error).__name__}: {error}; {hint}") from error

@@ -71,9 +71,10 @@ def evaluate_agent(
     runs: list[RunRecord] = []
     for loaded in agents:
         try:
-            played = play_task(loaded.agent, task, seeds, held)
+            with loaded:
+                played = play_task(loaded.agent, task, seeds, held)
         except AgentError as error:
-            raise AgentError(f"{source}: {error}") from error
+            raise type(error)(f"{source}: {error}") from error
         records.append(played.records)
         evidence = None if store is None else _keep(store, loaded, played)
         runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))

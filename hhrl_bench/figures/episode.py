@@ -137,8 +137,8 @@ def save_episode(source: str | Path, task: str | Task, episode: int, folder: Pat
     """
     task = get_task(task)
     scenario = get_scenario(task.scenario)
-    loaded = load_agents(source, scenario)[0]
-    trace = attention_over_episode(loaded.agent, task, episode)
+    with load_agents(source, scenario)[0] as loaded:
+        trace = attention_over_episode(loaded.agent, task, episode)
     name, seed = _name(source, loaded)
     with style(mathematics=True):
         figure = draw_episode(f"{name}{seed} on {task.id}", scenario, trace)

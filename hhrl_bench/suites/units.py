@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.methods.method import Method
 from hhrl_bench.errors import RecordError
-from hhrl_bench.evaluation.loading import load_agents
+from hhrl_bench.evaluation.loading import load_agents, require_loadable
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TimedResult, TrainedSeed
 from hhrl_bench.evaluation.results import Update, evaluate_agent, silent
 from hhrl_bench.evaluation.store import Store, read
@@ -51,7 +51,7 @@ class Evaluation:
 
     def check(self) -> None:
         """Raise an ``InputError`` if the agent does not load."""
-        load_agents(self.agent, get_scenario(self.task.scenario))
+        require_loadable(self.agent, self.task)
 
     def run(self, update: Update = silent) -> TimedResult:
         """Return the result on the task's first test episodes."""
@@ -212,10 +212,11 @@ def _read(path: Path) -> OutcomeRecord | None:
 
 
 def _still_holds(result: ResultRecord, agent: str, task: Task, store: Store) -> bool:
+    if result.kind == "factory" or result.task != task.id:
+        return False
     loaded = load_agents(agent, get_scenario(task.scenario))
     return (
-        result.task == task.id
-        and all(one.kind != "factory" for one in loaded)
+        all(one.kind == result.kind for one in loaded)
         and [one.sha256 for one in loaded] == [run.checkpoint_sha256 for run in result.runs]
         and all(_are_whole(run, store) for run in result.runs)
     )
