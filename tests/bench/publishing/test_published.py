@@ -11,8 +11,9 @@ from hhrl_agents import METHODS
 from hhrl_agents.policies.checkpoint_file import SHIPPED
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import read_entry
+from hhrl_bench.leaderboard.entry_files import entry_paths
 from hhrl_bench.leaderboard.level import Level
-from hhrl_bench.publishing.publication import check_index, entry_paths
+from hhrl_bench.publishing.publication import check_index
 from hhrl_bench.suites.suites import SUITES
 from hhrl_bench.verification.verify import verify
 from hhrl_envs import get_scenario
