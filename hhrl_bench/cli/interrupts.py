@@ -133,8 +133,11 @@ def _interrupt_main_thread() -> None:
 
 
 def _end() -> None:
-    """End the process at once; stderr is written past its buffer, whose lock the main thread may hold."""
+    """End the process; stderr is written past its buffer, whose lock the main thread may hold."""
     if not _interrupts.said:
+        cleaning = Thread(target=atexit._run_exitfuncs, daemon=True)  # noqa: SLF001 - semaphores of pools are freed
+        cleaning.start()
+        cleaning.join(_AGAIN)
         os.write(2, ((_SHOW_CURSOR if os.isatty(2) else "") + _line()).encode())
     os._exit(INTERRUPTED)
 

@@ -145,6 +145,21 @@ def test_an_interrupt_is_not_lost_in(body: str, tmp_path: Path) -> None:
     assert ended.seconds < GRACE + 1.0
 
 
+def test_a_pool_that_cannot_be_closed_ends_with_its_workers_and_without_a_word(tmp_path: Path) -> None:
+    body = """
+    from pathlib import Path
+    from hhrl_bench.execution.pools import LocalPool
+    from support.scripted_units import ScriptedUnit
+    LocalPool(1).begin(ScriptedUnit("unit", Path(), "hangs"))
+    try:
+        time.sleep(60)
+    finally:
+        time.sleep(60)"""
+    ended = press(["-c", f"{PREFACE}{body}\n\nleave_on_interrupt(command)\n"], tmp_path, 3.0)
+    assert (ended.code, ended.lines) == (130, [LINE])
+    assert ended.seconds < GRACE + 1.0
+
+
 def test_what_cleans_up_is_not_disturbed(tmp_path: Path) -> None:
     body = """
     try:
