@@ -5,7 +5,7 @@ INPUTS ?= 100000
 
 EXACT := PYTHONPATH=tests $(BIN)/python -m support.exactness
 
-.PHONY: help bench test lint fuzz benchmark docs exact exact-arm64 interop cluster kills
+.PHONY: help bench test lint fuzz benchmark docs exact exact-arm64 interop cluster kills interrupts
 
 help:
 	@echo "make bench      score the agents of the quick suite, print their leaderboard and compare it with the published one"
@@ -19,6 +19,7 @@ help:
 	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
+	@echo "make interrupts press Ctrl-C at two hundred random moments of evaluate, train and run"
 
 bench: .venv/installed
 	$(BIN)/hhrl-bench run --suite quick
@@ -64,6 +65,9 @@ cluster: .venv-ray/installed-interop
 
 kills: .venv/installed-dev
 	HHRL_KILLS=20 $(BIN)/pytest tests/bench/execution/test_killed_sweeps.py
+
+interrupts: .venv/installed-dev
+	HHRL_PRESSES=200 $(BIN)/pytest tests/bench/cli/test_interrupts.py
 
 .venv/installed: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv

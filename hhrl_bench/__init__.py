@@ -1,6 +1,5 @@
 """The harness of hhrl-bench: tasks, evaluation, training, leaderboards and the command line."""
 
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -9,13 +8,9 @@ if TYPE_CHECKING:
     from hhrl_bench.evaluation.paired_evaluation import evaluate
     from hhrl_bench.suites.suites import register_suite
 
+    __version__: str
+
 __all__ = ["Least", "Metric", "Sum", "__version__", "evaluate", "load_agent", "register_metric", "register_suite"]
-
-try:
-    __version__ = version("hhrl-bench")
-except PackageNotFoundError:
-    __version__ = "0+unknown"
-
 
 _METRICS = "hhrl_bench.evaluation.metrics"
 _HOMES = {
@@ -27,8 +22,19 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return _version()
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module  # noqa: PLC0415
 
     return getattr(import_module(_HOMES[name]), name)
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415
+
+    try:
+        return version("hhrl-bench")
+    except PackageNotFoundError:
+        return "0+unknown"

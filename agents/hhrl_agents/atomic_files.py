@@ -1,9 +1,22 @@
-"""Files are written whole or not at all."""
+"""Files are written whole or not at all.
 
-import os
+What a process that was killed has left of one is a *fragment*: a hidden file with a name of its own, which nothing
+reads and which the next process that writes in the folder removes once it is old.
+"""
+
+import re
+import secrets
+import time
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 from hhrl_envs.errors import InputError
+
+FRAGMENT_SECONDS = 3600.0
+"""Age from which a fragment is no file that another process is writing now."""
+
+_FRAGMENT = re.compile(r"\.(.+)\.[0-9a-f]{8}\.hhrl\.tmp", re.DOTALL)
 
 
 class OutputError(InputError):
@@ -16,13 +29,16 @@ def write_atomically(path: Path, content: str | bytes) -> None:
     Raises:
         OutputError: if it cannot be written; what stood at ``path`` is then still there.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    _sweep(path.parent)
+    temporary = _temporary(path)
     try:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
         temporary.replace(path)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink()  # there is none any more unless it could not be written, or an interrupt came
 
 
 def require_writable(path: Path) -> None:
@@ -33,10 +49,39 @@ def require_writable(path: Path) -> None:
     """
     if path.exists() and not path.is_file():
         raise OutputError(f"cannot write {path}: it is not a file; name a file")
-    probe = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    probe = _temporary(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         probe.touch()
         probe.unlink()
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}; name another path") from error
+
+
+def is_fragment(path: Path) -> bool:
+    """Return whether a path is that of a file that is being written, or that a kill has left half written."""
+    return _FRAGMENT.fullmatch(path.name) is not None
+
+
+def remove_fragments(folder: Path, *, of: str | None = None, older_than: float = 0.0) -> None:
+    """Remove the fragments in a folder, of the file called ``of`` or of all, that are older than so many seconds.
+
+    Younger than ``FRAGMENT_SECONDS`` they may only be removed by who knows that no other process writes these files.
+    """
+    before = time.time() - older_than
+    with suppress(OSError):
+        for path in folder.iterdir():
+            match = _FRAGMENT.fullmatch(path.name)
+            if match and of in {None, match[1]} and path.stat().st_mtime <= before:
+                path.unlink()
+
+
+def _temporary(path: Path) -> Path:
+    """Return a path that no other write, by any process of any machine, has."""
+    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.hhrl.tmp")
+
+
+@cache
+def _sweep(folder: Path) -> None:
+    """Remove the old fragments in a folder, once a process."""
+    remove_fragments(folder, older_than=FRAGMENT_SECONDS)

@@ -1,5 +1,16 @@
 """The command line ``hhrl-bench``: every command brings in what does its work when it is run, not before."""
 
-from hhrl_bench.cli.app import main
+from hhrl_bench.cli.interrupts import leave_on_interrupt
 
 __all__ = ["main"]
+
+
+def main() -> None:
+    """Run ``hhrl-bench`` with the arguments of the process; an interrupt is heeded while modules are imported too."""
+    leave_on_interrupt(_run)
+
+
+def _run() -> None:
+    from hhrl_bench.cli.app import app
+
+    app()

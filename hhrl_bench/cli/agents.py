@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hhrl_bench.cli.console import announce_compiling, console, progress
+from hhrl_bench.cli.interrupts import advise
 from hhrl_bench.cli.options import AgentArgument, AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
 
 if TYPE_CHECKING:
@@ -77,13 +78,10 @@ def train(
         training.get_method(method), chosen, parse_seeds(seeds), budget, folder, engine=engine, device=device
     )
     finished = resume and RunDirectory(folder).finished(plan.seeds)
-    try:
-        with progress(f"{method}, seeds {seeds}") as update:
-            for report in training.train(plan, resume=resume, tensorboard=tensorboard):
-                update(report.env_steps, plan.env_steps, report.note)
-    except KeyboardInterrupt:
-        typer.echo("hhrl-bench: the same command with --resume goes on from the last saved state", err=True)
-        raise
+    advise("the same command with --resume goes on from the last saved state")
+    with progress(f"{method}, seeds {seeds}") as update:
+        for report in training.train(plan, resume=resume, tensorboard=tensorboard):
+            update(report.env_steps, plan.env_steps, report.note)
     if finished:
         typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
     typer.echo(str(folder))

@@ -8,12 +8,11 @@ import typer
 from typer.core import TyperGroup
 
 from hhrl_bench.cli.agents import agents_app
+from hhrl_bench.cli.interrupts import INTERRUPTED, advise, say_interrupted, was_interrupted
 from hhrl_bench.cli.leaderboard import leaderboard_app
 from hhrl_bench.cli.paper import paper_app
 from hhrl_bench.cli.pictures import pictures_app
 from hhrl_bench.cli.suites import suites_app
-
-INTERRUPTED = 130
 
 
 class OneLineErrors(TyperGroup):
@@ -21,20 +20,28 @@ class OneLineErrors(TyperGroup):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the command line and leave with its exit code."""
+        advise("")
         try:
             code = super().main(*args, **{**kwargs, "standalone_mode": False})
             sys.stdout.flush()  # here, where a full disk or a reader that has left can still be answered
         except Exception as error:
-            message = _message(error)
-            if message is None:
+            code = INTERRUPTED if was_interrupted() else _explained(error)
+            if code is None:
                 raise
-            if isinstance(error, OSError):
-                _close_stdout()
-            typer.echo("hhrl-bench: " + " ".join(message.split()), err=True)
-            code = 2
         if code == INTERRUPTED:
-            typer.echo("hhrl-bench: interrupted; what was not finished was not written", err=True)
+            say_interrupted()
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _explained(error: Exception) -> int | None:
+    """Say what is wrong with usage or input, and return the exit code; None for a fault of ours."""
+    message = _message(error)
+    if message is None:
+        return None
+    if isinstance(error, OSError):
+        _close_stdout()
+    typer.echo("hhrl-bench: " + " ".join(message.split()), err=True)
+    return 2
 
 
 def _close_stdout() -> None:
@@ -97,8 +104,3 @@ def _root(
         raise typer.Exit
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
-
-
-def main() -> None:
-    """Run ``hhrl-bench`` with the arguments of the process."""
-    app()

@@ -66,7 +66,8 @@ def verify(
         raise typer.BadParameter(
             f"--level {level} runs no agent again; write --level rerun or --level retrained", param_hint="--sample"
         )
-    from hhrl_bench.publishing.publication import INDEX, check_index, entry_paths
+    from hhrl_bench.leaderboard.entry_files import INDEX, entry_paths
+    from hhrl_bench.publishing.publication import check_index
 
     announce_compiling()
     drawn = secrets.randbelow(10**9) if seed is None else seed
@@ -92,7 +93,8 @@ def verify(
 def build(folder: FolderOption = FOLDER, level: LevelOption = Level.REPLAYED) -> None:
     """Verify every entry in a folder, then write its INDEX.json, its schema.json and a page of tables a suite."""
     from hhrl_agents.atomic_files import write_atomically
-    from hhrl_bench.publishing.publication import INDEX, entry_paths, of_suite, write_index
+    from hhrl_bench.leaderboard.entry_files import INDEX, entry_paths
+    from hhrl_bench.publishing.publication import of_suite, write_index
     from hhrl_bench.tables.markdown import suite_page
 
     announce_compiling()
@@ -150,15 +152,11 @@ class _Verified(NamedTuple):
 def _verify_entry(
     path: Path, level: Level, sample: int | None = None, fresh: int | None = None, seed: int = 0
 ) -> _Verified:
-    from hhrl_bench.errors import RecordError
     from hhrl_bench.evaluation.store import Store
     from hhrl_bench.leaderboard.entry import check_spelling, read_entry
-    from hhrl_bench.publishing.publication import INDEX
     from hhrl_bench.verification import verify as verification
     from hhrl_bench.verification.rerun import check_fresh
 
-    if path.name == INDEX:
-        raise RecordError(f"{path} is the index of a folder of entries; verify the folder: {path.parent}")
     board, store = read_entry(path), Store(path.parent)
     with progress(f"verify {path.name}") as update:
         found = list(verification.verify(board, store, level, update, sample, seed))

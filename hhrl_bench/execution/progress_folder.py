@@ -5,7 +5,6 @@ that does it, so that any process that sees the folder knows the state of the st
 the nodes of a cluster, and ``hhrl-bench run --status``.
 """
 
-import errno
 import re
 import secrets
 from collections.abc import Iterator
@@ -17,8 +16,9 @@ from typing import Annotated, Literal, TypeVar
 from filelock import FileLock, Timeout
 from pydantic import Field, StringConstraints, ValidationError
 
-from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
+from hhrl_agents.atomic_files import OutputError, remove_fragments, require_writable, write_atomically
 from hhrl_bench.errors import RecordError
+from hhrl_bench.locks import locked
 from hhrl_bench.schema import Count, Name, Record, first_problem, sha256_of
 from hhrl_envs.errors import one_line
 
@@ -30,8 +30,6 @@ RUN_PATIENCE = 1.0
 
 WORKER_PATIENCE = 60.0
 """Seconds in which the processes of a run that was killed have to be gone before another one begins."""
-
-_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
 TextLine = Annotated[str, StringConstraints(pattern=r"^[^\x00-\x1f\x7f-\x9f]*$", max_length=2000)]
 """Text without line ends and other control characters, which a terminal would obey."""
@@ -85,7 +83,7 @@ class ProgressFolder:
         """
         require_writable(self._study)
         busy = f"another run works in {self.path.parent}; wait until it has ended, or name another folder"
-        with _locked(self._run_lock, busy, RUN_PATIENCE):
+        with locked(self._run_lock, busy, RUN_PATIENCE):
             self._clear()
             write_atomically(self._study, study.model_dump_json(indent=2) + "\n")
             yield
@@ -98,7 +96,7 @@ class ProgressFolder:
         keep another one from doing the unit.
         """
         lock = self.path / f"{secrets.token_hex(8)}.worker.lock"
-        with _locked(lock, f"another process has {lock}", 0.0):
+        with locked(lock, f"another process has {lock}", 0.0):
             yield
         with suppress(OSError):
             lock.unlink()
@@ -163,36 +161,11 @@ class ProgressFolder:
         """Remove what an earlier run has left, once its processes have ended."""
         busy = f"processes of an earlier run still work in {self.path.parent}; wait until they have ended"
         for lock in self.path.glob("*.worker.lock"):
-            with _locked(lock, busy, WORKER_PATIENCE):
+            with locked(lock, busy, WORKER_PATIENCE):
                 lock.unlink(missing_ok=True)
-        for pattern in ("*.unit.json", ".*.tmp"):
-            for path in self.path.glob(pattern):
-                path.unlink(missing_ok=True)
-
-
-@contextmanager
-def _locked(path: Path, busy: str, patience: float) -> Iterator[None]:
-    """Hold the lock of a file in this context; the system releases it when this process ends, however it ends.
-
-    On a file system without locks nothing is held.
-
-    Raises:
-        OutputError: ``busy``, if another process holds it for more than ``patience`` seconds; or it cannot be written.
-    """
-    if path.exists() and not path.is_file():
-        raise OutputError(f"cannot lock {path}: it is not a file; remove it")
-    lock = FileLock(path, timeout=patience)
-    try:
-        lock.acquire()
-    except Timeout as error:
-        raise OutputError(busy) from error
-    except OSError as error:
-        if error.errno not in _NO_LOCKS:
-            raise OutputError(f"cannot write {path}: {error.strerror}") from error
-    try:
-        yield
-    finally:
-        lock.release()
+        remove_fragments(self.path)
+        for path in self.path.glob("*.unit.json"):
+            path.unlink(missing_ok=True)
 
 
 def _read(path: Path, kind: type[AnyStatus]) -> AnyStatus | None:

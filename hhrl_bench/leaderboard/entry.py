@@ -14,6 +14,7 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.records import TaskRecord, TimedResult
 from hhrl_bench.evaluation.results import wall_seconds
 from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.entry_files import NO_ENTRIES
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord, derived_fields
 from hhrl_bench.provenance import provenance
@@ -134,6 +135,8 @@ def read_entry(path: Path) -> LeaderboardRecord:
     Raises:
         RecordError: in one line, if there is none, it is larger than 16 MiB, or not a valid record.
     """
+    if path.name in NO_ENTRIES:
+        raise RecordError(f"{path} is {NO_ENTRIES[path.name]} of a folder of entries; name an entry")
     try:
         with path.open("rb") as file:
             data = file.read(MAX_ENTRY_BYTES + 1)

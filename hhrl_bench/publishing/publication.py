@@ -1,6 +1,5 @@
 """A folder of published entries: found, verified, indexed, and added to."""
 
-import re
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -9,17 +8,16 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints, ValidationError
 
 import hhrl_bench
-from hhrl_agents.atomic_files import write_atomically
+from hhrl_agents.atomic_files import is_fragment, write_atomically
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import entry_schema, named_files, read_entry
+from hhrl_bench.leaderboard.entry_files import INDEX, SCHEMA, EntryFileName, entry_paths, find_entries, is_entry_name
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import (
-    RESERVED,
     SCHEMA_VERSION,
-    STEM,
     Name,
     Positive,
     Record,
@@ -31,23 +29,6 @@ from hhrl_bench.schema import (
 from hhrl_bench.suites import suites
 from hhrl_bench.tasks.tasks import get_task
 
-INDEX, SCHEMA = "INDEX.json", "schema.json"
-NAME = re.compile(STEM)
-
-
-def entry_paths(folder: Path) -> list[Path]:
-    """Return the paths of the entries in a folder, by name.
-
-    Raises:
-        RecordError: if it has none.
-    """
-    paths = sorted(path for path in folder.glob("*.json") if path.name not in {INDEX, SCHEMA})
-    if not paths:
-        raise RecordError(f"{folder} holds no entry; hhrl-bench run writes one")
-    return paths
-
-
-FileName = Annotated[str, StringConstraints(pattern=rf"^{STEM}\.json$")]
 Day = Annotated[str, StringConstraints(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
 
 
@@ -63,7 +44,7 @@ class VerifiedRecord(Record):
 class EntryRecord(Record):
     """An entry: its file, what is in it, and how far it was verified. It is a submission if not named by its suite."""
 
-    file: FileName
+    file: EntryFileName
     sha256: Sha256
     suite: Stem
     tasks: tuple[Name, ...]
@@ -116,7 +97,8 @@ def check_index(folder: Path) -> Iterator[Finding]:
     store, boards = Store(folder), map(read_entry, entry_paths(folder))
     named = {path for board in boards for path in named_files(board, store)}
     for path in sorted({*folder.glob("evidence/*"), *folder.glob("checkpoints/*")} - named):
-        yield Finding(str(path.relative_to(folder)), "no entry names this file")
+        if not is_fragment(path):
+            yield Finding(str(path.relative_to(folder)), "no entry names this file")
 
 
 def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> None:
@@ -125,7 +107,7 @@ def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> No
     Raises:
         RecordError: if the name is taken or none, or the entry is not what a run of its suite makes.
     """
-    if not NAME.fullmatch(name) or name in {*suites.SUITES, *RESERVED}:
+    if not is_entry_name(name) or name in suites.SUITES:
         raise RecordError(
             f"cannot call an entry {name!r}; write small letters, digits and hyphens, and no suite's name"
         )
@@ -141,7 +123,7 @@ def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> No
     missing = [f"{agent} on {task}" for agent in agents for task in own.tasks if (agent, task) not in scored]
     if missing:
         raise RecordError(f"the entry lacks {missing[0]}; every agent of an entry is scored on all tasks of its suite")
-    for other, known in (of_suite(folder, board.suite) if any(folder.glob("*.json")) else {}).items():
+    for other, known in of_suite(folder, board.suite).items():
         if _evidence(board) <= _evidence(known):
             raise RecordError(f"the same episodes are in {folder}/{other}.json already; submit another agent's")
 
@@ -184,6 +166,6 @@ def _agents(board: LeaderboardRecord) -> tuple[str, ...]:
 
 def of_suite(folder: Path, suite: str) -> dict[str, LeaderboardRecord]:
     """Return the entries of a suite in a folder by name, the published one first."""
-    boards = {path.stem: read_entry(path) for path in entry_paths(folder)}
+    boards = {path.stem: read_entry(path) for path in find_entries(folder)}
     own = {name: board for name, board in boards.items() if board.suite == suite}
     return dict(sorted(own.items(), key=lambda item: item[0] != suite))

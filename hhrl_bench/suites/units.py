@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 OUTCOME_FILE = "result-{}.json"
 """Name of the outcome's file in a run directory, by the number of test episodes."""
 
+LOST_PATIENCE = 120.0
+"""Seconds for which a file server may keep the lock of a node that was lost while it trained."""
+
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
@@ -156,7 +159,7 @@ class SeedTraining:
         from hhrl_bench.training.train import train  # noqa: PLC0415
 
         plan, note = replace(self.training.plan(), seeds=(self.seed,)), "trained before"
-        for report in train(plan, resume=True):
+        for report in train(plan, resume=True, patience=LOST_PATIENCE):
             note = report.note
             update(report.env_steps, plan.env_steps, note)
         return TrainedSeed(RunDirectory(plan.folder).seconds(self.seed), note)

@@ -3,19 +3,22 @@
 ``config.json`` says what is trained, the same for all seeds in the directory. Seed k has ``curve-seed-k.jsonl``, one
 line a report, ``seed-k.safetensors`` (best on validation episodes so far) and, once its training has ended,
 ``seed-k.final.safetensors``; a seed that diverged has ``seed-k.failed.json`` in their place. As long as seeds are being
-trained there is their ``state-seeds-*.safetensors``, from which ``--resume`` goes on.
+trained there is their ``state-seeds-*.safetensors``, from which ``--resume`` goes on. The process that trains seed k
+holds the lock of ``seed-k.lock``.
 """
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
+from hhrl_agents.atomic_files import OutputError, remove_fragments, require_writable, write_atomically
+from hhrl_bench.locks import locked
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.tasks.seeds import format_seeds, parse_seeds
 
@@ -64,14 +67,31 @@ class RunDirectory:
         """Return whether the training of all these seeds has ended."""
         return not self.state(seeds).exists() and all(self._ended(seed) for seed in seeds)
 
-    def prepare(self, config: Mapping[str, Any], seeds: Sequence[int], *, resume: bool) -> None:
-        """Make the directory and its ``config.json``.
+    @contextmanager
+    def at_work(self, seeds: Sequence[int], patience: float) -> Iterator[None]:
+        """Let this process, and no other, train these seeds in this context.
 
         Raises:
-            OutputError: if it cannot be written, holds a run of another configuration, one of the seeds already, or an
-                unfinished training of them that is not to be resumed.
+            OutputError: if another process trains one of them for more than ``patience`` seconds from now, or the
+                directory cannot be written.
         """
         require_writable(self._config)
+        with ExitStack() as stack:
+            for seed in sorted(seeds):
+                busy = (
+                    f"another training of seed {seed} works in {self.folder}; wait until it has ended, or name another "
+                    "folder with --out"
+                )
+                stack.enter_context(locked(self.folder / f"seed-{seed}.lock", busy, patience, passing=True))
+            yield
+
+    def prepare(self, config: Mapping[str, Any], seeds: Sequence[int], *, resume: bool) -> None:
+        """Write ``config.json``, and remove what a kill has left of files of these seeds.
+
+        Raises:
+            OutputError: if that cannot be written, or the directory holds a run of another configuration, one of the
+                seeds already, or an unfinished training of them that is not to be resumed.
+        """
         self.require_config(config)
         self._require_no_other_training(seeds, resume=resume)
         trained = [seed for seed in seeds if self._ended(seed) or self.best(seed).exists()]
@@ -117,11 +137,9 @@ class RunDirectory:
                 )
 
     def _remove_fragments(self, seeds: Sequence[int]) -> None:
-        """Remove what a kill has left of files that were being written."""
         each = (self.best, self.final, self.failed, self.curve)
         for path in (self.state(seeds), *(name(seed) for name in each for seed in seeds)):
-            for fragment in self.folder.glob(f".{path.name}.*.tmp"):
-                fragment.unlink(missing_ok=True)
+            remove_fragments(self.folder, of=path.name)
 
 
 def failed_seeds(folder: Path) -> list[int]:

@@ -38,6 +38,9 @@ if TYPE_CHECKING:
     from hhrl_bench.training.tensorboard import EventFiles
 
 VALIDATION_EPISODES = 256
+PATIENCE = 1.0
+"""Seconds that a training waits for another one of the same seeds to let go of the run directory."""
+
 ENGINES = ("compiled", "torch")
 
 
@@ -127,7 +130,9 @@ class Report(NamedTuple):
         return "validation success " + " ".join("failed" if isnan(rate) else f"{rate:.0%}" for rate in self.success)
 
 
-def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Iterator[Report]:
+def train(
+    plan: Plan, *, resume: bool = False, tensorboard: bool = False, patience: float = PATIENCE
+) -> Iterator[Report]:
     """Yield the reports of a training; at its end the run directory holds the checkpoints.
 
     Args:
@@ -135,10 +140,11 @@ def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Ite
         resume: go on with a training that was stopped, to the same bits as without the stop; a finished one has no
             more reports.
         tensorboard: write event files too.
+        patience: seconds for which another training of one of the seeds, in the same folder, may still be at work.
 
     Raises:
         OutputError: before training begins, if the run directory cannot be written, holds other runs, or a state that
-            cannot be resumed.
+            cannot be resumed, or another process trains one of the seeds there.
     """
     directory = RunDirectory(plan.folder)
     if tensorboard:
@@ -147,8 +153,11 @@ def train(plan: Plan, *, resume: bool = False, tensorboard: bool = False) -> Ite
         directory.require_config(plan.config())
         return
     training = _Training(plan, directory)  # what it lacks is said before anything is written
-    directory.prepare(plan.config(), plan.seeds, resume=resume)
-    yield from training.run(tensorboard=tensorboard)
+    with directory.at_work(plan.seeds, patience):
+        if resume and directory.finished(plan.seeds):  # by the training that was waited for
+            return
+        directory.prepare(plan.config(), plan.seeds, resume=resume)
+        yield from training.run(tensorboard=tensorboard)
 
 
 class _Training:
@@ -292,10 +301,16 @@ Each = Callable[[Callable[[int], Progress], Sequence[int]], Sequence[Progress]]
 
 @contextmanager
 def _side_by_side(learners: Sequence[Learner]) -> Iterator[Each]:
-    """Yield what calls a function for several learners, in as many threads as numba would use if they can run so."""
+    """Yield what calls a function for several learners, in as many threads as numba would use if they can run so.
+
+    An interrupt does not wait for them.
+    """
     threads = numba.get_num_threads() if all(learner.runs_in_threads for learner in learners) else 1
-    with ThreadPoolExecutor(min(threads, len(learners))) as executor:
+    executor = ThreadPoolExecutor(min(threads, len(learners)))
+    try:
         yield lambda function, indices: list(executor.map(function, indices))
+    finally:
+        executor.shutdown(wait=False, cancel_futures=True)
 
 
 def _row(progress: Progress) -> dict[str, Any]:

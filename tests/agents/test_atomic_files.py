@@ -1,8 +1,17 @@
+import os
+import time
 from pathlib import Path
 
 import pytest
 
-from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
+from hhrl_agents.atomic_files import (
+    FRAGMENT_SECONDS,
+    OutputError,
+    is_fragment,
+    remove_fragments,
+    require_writable,
+    write_atomically,
+)
 
 
 def names(folder: Path) -> list[str]:
@@ -41,3 +50,41 @@ def test_what_cannot_be_written_is_said_before_the_work(tmp_path: Path) -> None:
 def test_a_try_leaves_no_file(tmp_path: Path) -> None:
     require_writable(tmp_path / "new" / "a")
     assert names(tmp_path / "new") == []
+
+
+def test_an_interrupt_leaves_what_was_there_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(path: Path, _: Path) -> None:
+        assert is_fragment(path)
+        assert path.exists()
+        raise KeyboardInterrupt
+
+    (tmp_path / "a").write_text("before")
+    monkeypatch.setattr(Path, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_atomically(tmp_path / "a", "after")
+    assert (tmp_path / "a").read_text() == "before"
+    assert names(tmp_path) == ["a"]
+
+
+def leave(path: Path, age: float) -> None:
+    """Leave a file that was written so many seconds ago."""
+    path.touch()
+    os.utime(path, (time.time() - age,) * 2)
+
+
+def test_the_next_writer_removes_old_fragments_alone(tmp_path: Path) -> None:
+    leave(tmp_path / ".a.0123abcd.hhrl.tmp", FRAGMENT_SECONDS + 60.0)
+    others = [".b.89abcdef.hhrl.tmp", ".a.tmp", ".a.0123.hhrl.tmp", "a.0123abcd.hhrl.tmp"]
+    for name, age in zip(others, (FRAGMENT_SECONDS - 60.0, 10**6, 10**6, 10**6), strict=True):
+        leave(tmp_path / name, age)
+    write_atomically(tmp_path / "c", "")
+    assert names(tmp_path) == sorted([*others, "c"])
+
+
+def test_who_alone_writes_a_file_may_remove_its_fragments_at_once(tmp_path: Path) -> None:
+    for name in (".a.0123abcd.hhrl.tmp", ".b.0123abcd.hhrl.tmp", "a"):
+        (tmp_path / name).touch()
+    remove_fragments(tmp_path, of="a")
+    assert names(tmp_path) == [".b.0123abcd.hhrl.tmp", "a"]
+    remove_fragments(tmp_path)
+    assert names(tmp_path) == ["a"]

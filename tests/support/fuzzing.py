@@ -25,6 +25,7 @@ from hhrl_bench.evaluation.loading import load_agents, training_record
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard import comparisons
 from hhrl_bench.leaderboard.entry import check_spelling, read_entry
+from hhrl_bench.leaderboard.entry_files import INDEX
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import method_records
 from hhrl_bench.publishing import publication
@@ -134,7 +135,7 @@ def attack_entry(sandbox: Sandbox, rng: Rng) -> None:
 
 
 def attack_index(sandbox: Sandbox, rng: Rng) -> None:
-    path = sandbox.board.with_name(publication.INDEX)
+    path = sandbox.board.with_name(INDEX)
     whole = path.read_bytes()
     try:
         path.write_bytes(hostile.change_json(whole, rng))

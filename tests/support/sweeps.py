@@ -5,8 +5,11 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+from hhrl_agents.atomic_files import is_fragment
 
 TESTS = Path(__file__).parents[1]
 
@@ -49,8 +52,18 @@ def outcomes(folder: Path) -> dict[Path, int]:
     return {path: path.stat().st_mtime_ns for path in paths}
 
 
+def workers_of(group: int) -> list[bytes]:
+    """Return the commands of the worker processes of a process group."""
+    commands = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if os.getpgid(int(process.name)) == group:
+                commands.append((process / "cmdline").read_bytes())
+    return [command for command in commands if b"spawn_main" in command]
+
+
 def _is_told_by_clock(path: Path) -> bool:
-    return path.name.startswith("provenance") or path.suffix == ".tmp"
+    return path.name.startswith("provenance") or is_fragment(path)
 
 
 def _content(path: Path) -> Any:

@@ -5,13 +5,12 @@ import resource
 import signal
 import subprocess
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from support.sweeps import finish, outcomes, results, start
+from support.sweeps import finish, outcomes, results, start, workers_of
 
 KILLS = int(os.environ.get("HHRL_KILLS", "3"))
 """How often the run is killed; ``make kills`` does it more often."""
@@ -94,13 +93,3 @@ def test_an_interrupt_is_one_line_and_leaves_no_worker(tmp_path: Path) -> None:
     assert said.splitlines()[-1] == "hhrl-bench: interrupted; what was not finished was not written"
     assert "Traceback" not in said
     assert not workers_of(driver.pid)
-
-
-def workers_of(group: int) -> list[bytes]:
-    """Return the commands of the worker processes of a process group."""
-    commands = []
-    for process in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):
-            if os.getpgid(int(process.name)) == group:
-                commands.append((process / "cmdline").read_bytes())
-    return [command for command in commands if b"spawn_main" in command]

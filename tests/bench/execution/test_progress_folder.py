@@ -55,7 +55,7 @@ def test_a_second_run_is_refused_while_one_is_at_work_and_not_afterwards(progres
 
 def test_a_new_run_forgets_what_was_said_before_and_what_a_kill_has_left(progress: ProgressFolder) -> None:
     progress.write(UnitStatus(unit="a", state="failed"))
-    (progress.path / ".b.unit.json.7.tmp").touch()
+    (progress.path / ".b.unit.json.0123abcd.hhrl.tmp").touch()
     with progress.opened(STUDY):
         assert progress.unit("a") is None
         assert not list(progress.path.glob(".*"))

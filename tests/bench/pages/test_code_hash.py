@@ -20,6 +20,7 @@ HARMLESS = {
     "hhrl_bench": "names what lies in the folders",
     "hhrl_bench.errors": "names errors",
     "hhrl_bench.extensions": "loads modules, whose own code is in the hash",
+    "hhrl_bench.locks": "keeps processes out of each other's way",
     "hhrl_bench.provenance": "describes a result that is there",
     "hhrl_bench.text": "names files",
 }

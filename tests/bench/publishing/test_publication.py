@@ -98,7 +98,7 @@ def test_the_index_alone_is_no_entry(folder: Path) -> None:
     assert told == {"level": "replayed", "verified": {str(folder / "tiny.json"): "replayed"}, "findings": []}
     result = invoke("leaderboard", "verify", str(folder / "INDEX.json"))
     assert (result.exit_code, result.stdout) == (2, "")
-    assert f"is the index of a folder of entries; verify the folder: {folder}" in result.stderr
+    assert result.stderr == f"hhrl-bench: {folder / 'INDEX.json'} is the index of a folder of entries; name an entry\n"
 
 
 def test_an_entry_of_an_unknown_task_hides_no_other(folder: Path) -> None:
@@ -150,7 +150,7 @@ def test_what_does_not_verify_is_not_submitted(folder: Path, tmp_path: Path, mon
     assert tree(folder) == before
 
 
-@pytest.mark.parametrize("name", ["../escape", "tiny", "Upper", "", "a/b", "x" * 70, "INDEX"])
+@pytest.mark.parametrize("name", ["../escape", "tiny", "Upper", "", "a/b", "x" * 70, "INDEX", "schema"])
 def test_a_bad_name_is_refused(folder: Path, name: str) -> None:
     before = tree(folder.parent)
     path = str(folder / "tiny.json")
@@ -176,6 +176,38 @@ def test_what_is_published_already_is_refused(folder: Path) -> None:
     assert result.exit_code == 2
     assert "tiny.json already; submit another agent's" in result.stderr
     assert not (folder / "twin.json").exists()
+
+
+def test_all_commands_refuse_a_folder_with_a_file_that_is_not_named_as_an_entry(folder: Path, made: Path) -> None:
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    (folder / "My Entry.json").write_bytes((folder / "tiny.json").read_bytes())
+    before = tree(folder)
+    submit = ("submit", str(made / "tiny.json"), "--name", "twin", "--folder", str(folder))
+    for command in (("verify", str(folder)), ("build", "--folder", str(folder)), submit):
+        result = invoke("leaderboard", *command)
+        assert result.exit_code == 2
+        assert f"{folder / 'My Entry.json'} is not named as an entry; write small letters" in result.stderr
+    assert tree(folder) == before
+
+
+def test_what_a_killed_writer_has_left_is_in_no_reader_s_way(folder: Path) -> None:
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    for path in (folder / "tiny.json", next((folder / "evidence").iterdir())):
+        path.with_name(f".{path.name}.0123abcd.hhrl.tmp").write_bytes(path.read_bytes()[:9])
+    result = invoke("leaderboard", "verify", str(folder))
+    assert (result.exit_code, result.stdout.splitlines()[0]) == (
+        0,
+        f"{folder / 'INDEX.json'}: names every entry and file",
+    )
+
+
+@pytest.mark.parametrize("command", [("leaderboard", "show"), ("leaderboard", "verify"), ("report",), ("figures",)])
+def test_the_files_beside_the_entries_are_refused_as_what_they_are(folder: Path, command: tuple[str, ...]) -> None:
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 0
+    for name, what in (("INDEX.json", "the index"), ("schema.json", "the schema")):
+        result = invoke(*command, str(folder / name))
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert result.stderr == f"hhrl-bench: {folder / name} is {what} of a folder of entries; name an entry\n"
 
 
 def test_a_folder_without_entries_is_one_line(tmp_path: Path) -> None:

@@ -11,8 +11,9 @@ from hhrl_agents import METHODS
 from hhrl_agents.policies.checkpoint_file import SHIPPED
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import read_entry
+from hhrl_bench.leaderboard.entry_files import entry_paths
 from hhrl_bench.leaderboard.level import Level
-from hhrl_bench.publishing.publication import check_index, entry_paths
+from hhrl_bench.publishing.publication import check_index
 from hhrl_bench.suites.suites import SUITES
 from hhrl_bench.suites.units import SeedTraining
 from hhrl_bench.verification.verify import verify
@@ -54,8 +55,7 @@ def test_a_leaderboard_named_after_a_suite_holds_all_of_it(name: str) -> None:
     board, suite = read_entry(FOLDER / f"{name}.json"), SUITES[name]
     assert board.suite == name
     assert {task.id: task.episodes for task in board.tasks} == dict.fromkeys(suite.tasks, suite.episodes)
-    every = [unit for stage in suite.stages(Path()) for unit in stage]
-    units = {unit.name for unit in every if not isinstance(unit, SeedTraining)}
+    units = {unit.name for stage in suite.stages(Path()) for unit in stage if not isinstance(unit, SeedTraining)}
     results = {f"{result.agent} on {result.task}": result for result in board.results}
     assert set(results) == units
     for training in suite.curves(Path()).trainings:

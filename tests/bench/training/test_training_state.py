@@ -145,7 +145,7 @@ def test_a_state_that_cannot_be_resumed_is_refused_in_one_line(whole: Path, tmp_
 
 
 def test_fragments_of_a_kill_are_removed(whole: Path, tmp_path: Path) -> None:
-    fragment = stopped(tmp_path) / ".state-seeds-0,2.safetensors.77.tmp"
+    fragment = stopped(tmp_path) / ".state-seeds-0,2.safetensors.0123abcd.hhrl.tmp"
     fragment.write_bytes(b"half")
     list(training.train(plan(tmp_path), resume=True))
     assert contents(tmp_path) == contents(whole)
@@ -158,4 +158,35 @@ def test_an_interrupt_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(training, "train", interrupted)
     said = invoke("train", "ddqn", "--out", str(tmp_path))
     assert said.exit_code == 130
-    assert "the same command with --resume goes on" in said.stderr
+    assert said.stderr == (
+        "hhrl-bench: interrupted; what was not finished was not written; "
+        "the same command with --resume goes on from the last saved state\n"
+    )
+
+
+def test_the_same_seeds_are_not_trained_twice_at_once(tmp_path: Path) -> None:
+    options = ("--env-steps", "1000000", "--out", str(tmp_path))
+    script = [sys.executable, small_training.__file__, "train", "ddqn", "--seeds", "0,2", *options]
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(script, stderr=subprocess.PIPE, env=paths, text=True) as process:
+        assert process.stderr is not None
+        next(line for line in process.stderr if " of " in line)
+        process.send_signal(signal.SIGSTOP)
+        for seeds in ("2", "1-2"):
+            said = invoke(
+                "train", "ddqn", "--seeds", seeds, "--env-steps", "1000000", "--out", str(tmp_path), "--resume"
+            )
+            assert said.exit_code == 2
+            assert said.stderr == (
+                f"hhrl-bench: another training of seed 2 works in {tmp_path}; wait until it has ended, or name another "
+                "folder with --out\n"
+            )
+        beside = training.train(plan(tmp_path, (1,), env_steps=1_000_000))
+        next(beside)
+        assert sorted(path.name for path in tmp_path.glob("*.lock")) == [f"seed-{seed}.lock" for seed in range(3)]
+        del beside
+        process.kill()
+    going_on = training.train(plan(tmp_path, env_steps=1_000_000), resume=True)
+    next(going_on)
+    del going_on
+    assert not list(tmp_path.glob("*.lock"))
