@@ -66,11 +66,6 @@ def number(low: float, high: float, unit: str) -> Rule:
     return Rule(lambda value: is_number(value, low, high), f"{unit} from {_plain(low)} to {_plain(high)}")
 
 
-def positive(high: float, unit: str) -> Rule:
-    """Return the rule of a number within (0, high]."""
-    return Rule(lambda value: is_number(value, 0.0, high) and value > 0.0, f"{unit} above 0, at most {_plain(high)}")
-
-
 def integer(low: int, high: int, unit: str) -> Rule:
     """Return the rule of an integer within [low, high]."""
     return Rule(lambda value: is_integer(value) and low <= value <= high, f"an integer from {low} to {high} ({unit})")
