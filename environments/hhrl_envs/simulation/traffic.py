@@ -36,8 +36,8 @@ def hardest_decel(scenario: Scenario) -> float:
 def guard_margin(scenario: Scenario) -> float:
     """Return the metres that the safe-speed bound keeps free.
 
-    Who comes to a stand within a step of dt brakes less hard than b = ``hardest_decel`` in it, which may take b dt^2 / 8
-    more than a stop at b.
+    Who comes to a stand within a step of dt brakes less hard than b = ``hardest_decel`` in it, which may take
+    b dt^2 / 8 more than a stop at b.
     """
     return max(GUARD_MARGIN, hardest_decel(scenario) * scenario.dt * scenario.dt / 6.0)
 
