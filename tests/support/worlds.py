@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_envs import SCENARIOS, Goal, Scenario, Simulator, observation
+from hhrl_envs import SCENARIOS, Goal, Scenario, Signal, Simulator, observation
 from hhrl_envs.scenario import limits
 from hhrl_envs.scenario.limits import Limits
 from hhrl_envs.scenario.profiles import ProfileFamily
@@ -38,7 +38,7 @@ def draw_scenario(rng: Rng) -> Scenario:
     Raises:
         InputError: where validation refuses it.
     """
-    base, bold = BASES[rng.integers(len(BASES))], float(rng.choice([0.1, 0.5, 1.0]))
+    base, bold = _with_goal(BASES[rng.integers(len(BASES))], rng), float(rng.choice([0.1, 0.5, 1.0]))
     change: Callable[[Any, Mapping[str, Limits]], Any] = partial(_changed, rng=rng, bold=bold)
     road = _road(base, rng, bold)
     parts: dict[str, Any] = {
@@ -169,15 +169,16 @@ def _require_inside(
         raise AssertionError(f"{symbol} of agent {agent}, scaled, is {value}, not {known}, in {scenario}")
 
 
-def _driving(simulator: Simulator, rng: Rng) -> Iterator[NDArray[np.int64]]:
-    """Yield actions to the horizon: full brake, full throttle, a level held for a while, or all of them by turns."""
-    agents, levels, way = simulator.num_agents, simulator.scenario.num_actions, int(rng.integers(4))
-    shape = (ROWS,) if agents == 1 else (ROWS, agents)
-    actions = np.full(shape, (0, levels - 1, 0, 0)[way])
-    held = int(rng.integers(1, 60))
+def _driving(simulator: Simulator, rng: Rng) -> Iterator[NDArray[Any]]:
+    """Yield actions to the horizon: full brake, full throttle, or levels or accelerations that are held for a while."""
+    levels, shape = simulator.scenario.vehicle.levels, (ROWS, simulator.num_agents)[: 1 + (simulator.num_agents > 1)]
+    way, held = int(rng.integers(4)), int(rng.integers(1, 60))
+    actions: NDArray[Any] = np.full(shape, 0 if way == 0 else len(levels) - 1)
     for step in range(simulator.scenario.horizon):
-        if way >= 2 and step % held == 0:
-            actions = rng.integers(0, levels, shape)
+        if way == 2 and step % held == 0:
+            actions = rng.integers(0, len(levels), shape)
+        if way == 3 and step % held == 0:
+            actions = np.clip(rng.uniform(levels[0], levels[-1], shape), levels[0], levels[-1])
         yield actions
 
 
@@ -216,6 +217,16 @@ def _drawn(before: Any, known: Limits, rng: Rng) -> Any:
 def _changed(part: Any, known: Mapping[str, Limits], rng: Rng, bold: float) -> Any:
     names = [name for name in known if name not in {"levels", "lines"} and rng.random() < bold]
     return replace(part, **{name: _drawn(getattr(part, name), known[name], rng) for name in names})
+
+
+def _with_goal(base: Scenario, rng: Rng) -> Scenario:
+    """Return the scenario with another goal, other lines or another signal now and then."""
+    if base.goal == Goal.FOLLOW or base.adversary is not None or rng.random() < 0.7:
+        return base
+    lines = ((), (0.0,), (0.0, 30.0))[rng.integers(3)]
+    goal = Goal.STOP if lines and rng.random() < 0.5 else Goal.PASS
+    signal = Signal((5.0, 30.0)) if goal == Goal.PASS and len(lines) == 1 and rng.random() < 0.5 else None
+    return replace(base, goal=goal, signal=signal, road=replace(base.road, lines=lines))
 
 
 def _with_levels(vehicle: Any, rng: Rng, bold: float) -> Any:
@@ -273,7 +284,7 @@ def _traffic(base: Scenario, limit: float, rng: Rng, bold: float) -> Any:
 
 
 def _family(family: ProfileFamily, rng: Rng, bold: float) -> ProfileFamily:
-    family = _changed(family, limits.PROFILE | limits.FAMILY, rng, bold)
+    family = _changed(family, {**limits.PROFILE, **limits.FAMILY}, rng, bold)
     if rng.random() < bold:
         corners = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.5, 0.25, 0.25))
         family = replace(family, styles=corners[rng.integers(len(corners))])

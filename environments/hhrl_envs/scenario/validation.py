@@ -70,9 +70,12 @@ def number(low: float, high: float, unit: str) -> Rule:
     return Rule(lambda value: is_number(value, low, high), f"{unit} from {_plain(low)} to {_plain(high)}")
 
 
-def integer(low: int, high: int, unit: str) -> Rule:
+def integer(low: float, high: float, unit: str) -> Rule:
     """Return the rule of an integer within [low, high]."""
-    return Rule(lambda value: is_integer(value) and low <= value <= high, f"an integer from {low} to {high} ({unit})")
+    return Rule(
+        lambda value: is_integer(value) and low <= value <= high,
+        f"an integer from {_plain(low)} to {_plain(high)} ({unit})",
+    )
 
 
 def flag() -> Rule:
