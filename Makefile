@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 INPUTS ?= 100000
+SEED ?= 0
+ATTACKS ?=
 
 EXACT := PYTHONPATH=tests $(BIN)/python -m support.exactness
 
@@ -11,7 +13,7 @@ help:
 	@echo "make bench      score the agents of the quick suite, print their leaderboard and compare it with the published one"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
-	@echo "make fuzz       give hostile input to all that reads some, INPUTS times"
+	@echo "make fuzz       give hostile input to all that reads some, INPUTS times, in all ways or as ATTACKS says"
 	@echo "make benchmark  measure the simulator's speed, next to its peers'"
 	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make exact      compare trajectories, decisions and trainings with those of kernels for a plain x86-64 processor"
@@ -35,7 +37,7 @@ lint: .venv/installed-dev
 	@! ls environments/*.py agents/*.py 2>/dev/null || { echo "move the files above into a package folder" >&2; false; }
 
 fuzz: .venv/installed-dev
-	OMP_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m support.fuzzing $(INPUTS)
+	OMP_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m support.fuzzing $(INPUTS) $(SEED) $(ATTACKS)
 
 benchmark: .venv/installed-peers
 	$(BIN)/pytest tests/benchmarks -p no:xdist --benchmark-columns=min,median,rounds

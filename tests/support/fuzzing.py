@@ -1,6 +1,7 @@
 """Fuzzing: hostile input given to everything that reads some, while it is watched what that does.
 
-As a script, ``python -m support.fuzzing 100000``, it does so for as many inputs, and says what it has found.
+As a script, ``python -m support.fuzzing 100000``, it does so for as many inputs, and says what it has found; with a
+seed and names of attacks, ``python -m support.fuzzing 200000 0 scenario``, only in these ways and from this seed on.
 """
 
 import os
@@ -9,7 +10,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -40,8 +41,8 @@ from hhrl_bench.verification.checked_result import replay
 from hhrl_bench.verification.verify import verify
 from hhrl_envs import get_scenario
 from hhrl_envs.errors import InputError
-from support import hostile, small_board, small_training
-from support.hostile import Rng
+from support import hostile, small_board, small_training, worlds
+from support.hostile import Rng, require_one_line
 
 SCENARIO = get_scenario("stop-line-v0")
 TRAP = "from pathlib import Path\nPath('sprung').touch()\n"
@@ -101,6 +102,7 @@ def make_sandbox(folder: Path) -> Sandbox:
         shutil.copy(RunDirectory(run).state((0,)), run / "state")
         list(training.train(plan, resume=True))
         shutil.copy(run / "state", RunDirectory(run).state((0,)))
+    worlds.compile_kernels()
     (folder / "trap.py").write_text(TRAP)
     return Sandbox(folder, board, run)
 
@@ -203,6 +205,10 @@ def attack_name(_: Sandbox, rng: Rng) -> None:
             require_one_line(str(error))
 
 
+def attack_scenario(_: Sandbox, rng: Rng) -> None:
+    worlds.run(worlds.draw_scenario(rng), rng)
+
+
 def attack_folder(sandbox: Sandbox, rng: Rng) -> None:
     names = (
         "seed-x.failed.json",
@@ -231,11 +237,6 @@ def _with_changed(path: Path, change: Callable[[bytes, Rng], bytes], rng: Rng, r
         read()
     finally:
         path.write_bytes(whole)
-
-
-def require_one_line(text: str) -> None:
-    assert len(text.splitlines()) == 1, text
-    assert text.isprintable(), text
 
 
 @contextmanager
@@ -276,15 +277,15 @@ def fuzz(sandbox: Sandbox, name: str, seed: int) -> str:
     return ended
 
 
-def main(count: int, seed: int) -> int:
-    """Return how many attacks of ``count`` have failed; say so, and how the others ended."""
+def main(count: int, seed: int, names: Sequence[str]) -> int:
+    """Return how many of ``count`` attacks of these names have failed; say so, and how the others ended."""
     folder = Path(tempfile.mkdtemp())
-    failures, ended, seconds = 0, Counter[tuple[str, str]](), dict.fromkeys(ATTACKS, 0.0)
+    failures, ended, seconds = 0, Counter[tuple[str, str]](), dict.fromkeys(names, 0.0)
     with quick_statistics(), unchecked():
         sandbox = make_sandbox(folder)
         os.chdir(folder)
         for index in range(count):
-            name = list(ATTACKS)[index % len(ATTACKS)]
+            name = names[index % len(names)]
             started = time.perf_counter()
             try:
                 ended[name, fuzz(sandbox, name, seed + index)] += 1
@@ -294,11 +295,11 @@ def main(count: int, seed: int) -> int:
             seconds[name] += time.perf_counter() - started
     for (name, how), times in sorted(ended.items()):
         print(f"{name}: {how} {times:,}")
-    print(", ".join(f"{name} {1000 * total / (count / len(ATTACKS)):.1f} ms" for name, total in seconds.items()))
+    print(", ".join(f"{name} {1000 * total / (count / len(names)):.1f} ms" for name, total in seconds.items()))
     print(f"{count:,} attacks, {failures:,} failed")
     shutil.rmtree(folder)
     return failures
 
 
 if __name__ == "__main__":
-    sys.exit(bool(main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0)))
+    sys.exit(bool(main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0, sys.argv[3:] or list(ATTACKS))))

@@ -19,6 +19,12 @@ DTYPES = ("F64", "F32", "F16", "BF16", "I64", "I8", "U16", "BOOL", "F8_E4M3", "F
 LENGTHS = (0, 1, 2**20, 2**31, 2**63, 2**64 - 1)
 
 
+def require_one_line(text: str) -> None:
+    """Assert that a message is one line that can be printed."""
+    assert len(text.splitlines()) == 1, text
+    assert text.isprintable(), text
+
+
 def change_json(text: bytes, rng: Rng) -> bytes:
     """Return JSON with one to three of its parts changed, and now and then broken."""
     data = json.loads(text)

@@ -14,41 +14,15 @@ above;
 
 from dataclasses import dataclass
 
-from hhrl_envs.scenario.validation import check, interval, number, positive, shares, text
+from hhrl_envs.scenario.limits import FAMILY, PROFILE, intervals, numbers
+from hhrl_envs.scenario.validation import check, shares, text
 
 Range = tuple[float, float]
 
 STYLES = ("full", "rolling", "runs")
 
-PARAMETERS: dict[str, str] = {
-    "desired_speed": "m/s",
-    "headway": "s",
-    "max_accel": "m/s^2",
-    "comfort_decel": "m/s^2",
-    "min_gap": "m",
-    "line_decel": "m/s^2",
-    "stop_position": "m before the line",
-    "line_speed": "m/s at the line",
-    "dwell": "s",
-    "start_delay": "s",
-    "slow_at": "m before the line",
-    "slow_decel": "m/s^2",
-    "slow_time": "s",
-    "slow_every": "m",
-}
+PARAMETERS: dict[str, str] = {name: limits.unit for name, limits in PROFILE.items()}
 """Name and unit of every profile parameter, in the order of the fields of a vehicle's record from PROFILE on."""
-
-_ABOVE_ZERO = (0.1, 100.0)
-LIMITS: dict[str, Range] = {
-    "desired_speed": _ABOVE_ZERO,
-    "max_accel": _ABOVE_ZERO,
-    "comfort_decel": _ABOVE_ZERO,
-    "line_decel": _ABOVE_ZERO,
-    "stop_position": (-4.0, 50.0),
-    "slow_at": (-1000.0, 1000.0),
-    "slow_every": (1.0, 1e6),
-}
-"""Lowest and highest value of the profile parameters whose ranges do not lie within 0 to 1000."""
 
 
 @dataclass(frozen=True)
@@ -83,12 +57,10 @@ class ProfileFamily:
     def __post_init__(self) -> None:
         """Reject a family that no vehicle could be drawn from."""
         check(self, name=text(r"\S(.*\S)?", "a name of one line, such as 'calm'"))
-        ranges = {name: interval(*LIMITS.get(name, (0.0, 1000.0)), unit) for name, unit in PARAMETERS.items()}
         check(
             self,
             f"profile family {self.name!r}: ",
-            weight=positive(1e6, "a number"),
-            **ranges,
-            slow_chance=number(0.0, 1.0, "a share"),
+            **numbers(FAMILY, "weight", "slow_chance"),
+            **intervals(PROFILE, *PROFILE),
             styles=shares(3, 3, f"the three shares of {', '.join(STYLES)}"),
         )

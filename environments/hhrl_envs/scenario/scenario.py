@@ -14,6 +14,8 @@ from operator import methodcaller
 
 from hhrl_envs import observation
 from hhrl_envs.errors import InputError
+from hhrl_envs.scenario import limits
+from hhrl_envs.scenario.limits import intervals, numbers
 from hhrl_envs.scenario.profiles import ProfileFamily, Range
 from hhrl_envs.scenario.validation import (
     agree,
@@ -23,11 +25,8 @@ from hhrl_envs.scenario.validation import (
     instance,
     instances,
     integer,
-    interval,
     is_integer,
-    number,
     optional,
-    positive,
     shares,
     text,
 )
@@ -66,14 +65,13 @@ class Vehicle:
         """Reject values without a meaning."""
         check(
             self,
-            levels=ascending(2, 1000, -100.0, 100.0, "at least two accelerations in m/s^2"),
-            lag=number(0.0, 100.0, "seconds"),
-            jerk_limit=positive(1e6, "m/s^3"),
-            max_decel=positive(100.0, "m/s^2"),
-            length=positive(100.0, "metres"),
+            levels=ascending(2, 1000, *limits.VEHICLE["levels"][:2], "at least two accelerations in m/s^2"),
+            **numbers(limits.VEHICLE, "lag", "jerk_limit", "max_decel", "length"),
         )
-        crossing = self.levels[0] < 0.0 < self.levels[-1]
-        agree(self, crossing, "levels", write="levels from a brake below 0 to a throttle above 0")
+        weakest = limits.WEAKEST
+        crossing = self.levels[0] <= -weakest and weakest <= self.levels[-1]
+        write = f"levels from a brake of {-weakest} or below to a throttle of {weakest} or above"
+        agree(self, crossing, "levels", write=write)
 
 
 @dataclass(frozen=True)
@@ -96,13 +94,9 @@ class Road:
         """Reject values without a meaning."""
         check(
             self,
-            speed_limit=positive(100.0, "m/s"),
-            lines=ascending(0, 2, 0.0, 500.0, "none, one or two stop-lines in metres, such as (0.0,)"),
-            stop_zone=positive(500.0, "metres"),
-            stop_speed=positive(100.0, "m/s"),
-            friction=positive(1.5, "a coefficient"),
-            start_distance=interval(0.0, 500.0, "metres"),
-            start_speed=interval(0.0, 100.0, "m/s"),
+            lines=ascending(0, 2, *limits.ROAD["lines"][:2], "none, one or two stop-lines in metres, such as (0.0,)"),
+            **numbers(limits.ROAD, "speed_limit", "stop_zone", "stop_speed", "friction"),
+            **intervals(limits.ROAD, "start_distance", "start_speed"),
         )
         before, slow = self.stop_zone <= self.start_distance[0], self.start_speed[1] <= self.speed_limit
         agree(self, before, "start_distance", "stop_zone", write="a start_distance of at least stop_zone")
@@ -117,7 +111,7 @@ class Signal:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        check(self, green_at=interval(0.0, 1e5, "seconds"))
+        check(self, **intervals(limits.SIGNAL, "green_at"))
 
 
 @dataclass(frozen=True)
@@ -134,13 +128,7 @@ class Band:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        check(
-            self,
-            low=number(0.0, 1000.0, "metres"),
-            high=positive(1000.0, "metres"),
-            headway=number(0.0, 1000.0, "seconds"),
-            share=positive(1.0, "a share"),
-        )
+        check(self, **numbers(limits.BAND, "low", "high", "headway", "share"))
         agree(self, self.low < self.high, "low", "high", write="a low below high")
 
 
@@ -160,15 +148,8 @@ class Sensor:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        check(
-            self,
-            front_range=positive(1000.0, "metres"),
-            line_range=positive(1000.0, "metres"),
-            noise_distance=number(0.0, 1000.0, "a standard deviation in metres"),
-            noise_speed=number(0.0, 1000.0, "a standard deviation in m/s"),
-            noise_accel=number(0.0, 1000.0, "a standard deviation in m/s^2"),
-            delay=integer(0, 50, "steps"),
-        )
+        measured = ("front_range", "line_range", "noise_distance", "noise_speed", "noise_accel")
+        check(self, **numbers(limits.SENSOR, *measured), delay=integer(*limits.SENSOR["delay"]))
 
     @property
     def perfect(self) -> bool:
@@ -193,9 +174,8 @@ class Traffic:
         check(
             self,
             families=instances(ProfileFamily),
-            count_shares=shares(1, 101, "the shares of 0, 1, 2, ... front vehicles"),
-            gap=interval(1.0, 1000.0, "metres"),
-            speed=interval(0.0, 100.0, "m/s"),
+            count_shares=shares(1, limits.MOST_FRONTS + 1, "the shares of 0, 1, 2, ... front vehicles"),
+            **intervals(limits.TRAFFIC, "gap", "speed"),
         )
 
     @property
@@ -224,18 +204,7 @@ class Reward:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        constant = number(0.0, 1e6, "a number")
-        check(
-            self,
-            sigma_1=constant,
-            sigma_2=constant,
-            sigma_3=constant,
-            sigma_4=constant,
-            jerk_threshold=constant,
-            positive_jerk_only=flag(),
-            safe_gap=positive(1000.0, "metres"),
-            timeout_scale=constant,
-        )
+        check(self, **numbers(limits.REWARD, *limits.REWARD), positive_jerk_only=flag())
 
 
 @dataclass(frozen=True)
@@ -252,7 +221,7 @@ class Adversary:
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
-        check(self, hardest_brake=positive(100.0, "m/s^2"), patience=number(0.0, 1e5, "seconds"))
+        check(self, **numbers(limits.ADVERSARY, "hardest_brake", "patience"))
 
 
 @dataclass(frozen=True)
@@ -292,12 +261,11 @@ class Scenario:
             reward=instance(Reward),
             goal=instance(Goal),
             signal=optional(instance(Signal)),
-            route_end=positive(1e4, "metres"),
             band=instance(Band),
-            dt=number(0.001, 1.0, "seconds"),
-            horizon=integer(1, 1_000_000, "steps"),
+            **numbers(limits.SCENARIO, "route_end", "dt"),
+            horizon=integer(*limits.SCENARIO["horizon"]),
             feasible_only=flag(),
-            learned_fronts=optional(integer(0, 100, "front vehicles")),
+            learned_fronts=optional(integer(*limits.SCENARIO["learned_fronts"])),
             adversary=optional(instance(Adversary)),
         )
         self._require_agreement()
@@ -320,7 +288,13 @@ class Scenario:
         agree(self, provoked, "adversary", "learned_fronts", "goal", "road.lines", write=setting)
 
     def _require_time(self) -> None:
-        """Reject a time limit that is up before the last metres of a queue could be driven: no world is feasible."""
+        """Reject a time limit too long to be simulated, or up before the last metres of a queue could be driven.
+
+        In the latter case no world is feasible.
+        """
+        most = int(limits.LONGEST / self.dt)
+        write = f"a horizon of at most {most} steps, which is {limits.LONGEST:g} s"
+        agree(self, self.horizon <= most, "horizon", "dt", write=write)
         enough = self.goal == Goal.FOLLOW or not self.feasible_only or self.clear_by >= 0.0
         seconds = self.dt * self.horizon - self.clear_by
         steps = f"a horizon of {ceil(seconds / self.dt)} steps or more, as a queue takes {seconds:.1f} s to move up"
@@ -335,6 +309,9 @@ class Scenario:
         if not (is_integer(learned) and 0 <= learned <= most):
             write = f"an integer from 0 to {most}" if most else "0"
             raise InputError(f"learned_fronts is {learned!r}; write {write} {allowed}")
+        legal = learned == 0 or self.traffic.speed[1] <= self.road.speed_limit
+        write = "a traffic.speed of at most the speed_limit, which agents keep to, or learned_fronts 0"
+        agree(self, legal, "traffic.speed", "road.speed_limit", write=write)
 
     @property
     def num_actions(self) -> int:

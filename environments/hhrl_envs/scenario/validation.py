@@ -1,7 +1,8 @@
 """What the fields of a scenario's parts may hold, declared one rule a field; a bad value is refused in one line.
 
 ``check(part, field=rule, ...)`` refuses a field alone, ``agree`` fields that contradict each other. Numbers are
-Python's or numpy's, never booleans, and always finite. Sequences are tuples, so that scenarios stay hashable.
+Python's or numpy's, never booleans, and always finite; numpy's are kept as Python's, so that no narrow one overflows.
+Sequences are tuples, so that scenarios stay hashable.
 """
 
 import re
@@ -28,7 +29,7 @@ class Rule:
 
 
 def check(part: object, label: str | None = None, /, **rules: Rule) -> None:
-    """Refuse the first field of ``part`` that breaks its rule.
+    """Refuse the first field of ``part`` that breaks its rule, and keep numbers of numpy as Python's.
 
     The message begins with ``label``, by default the name of the part's class, and the field's name; a ``{}`` in the
     label stands for the field's name.
@@ -37,8 +38,11 @@ def check(part: object, label: str | None = None, /, **rules: Rule) -> None:
         InputError: naming the field, its value and what to write instead.
     """
     for field, rule in rules.items():
-        if not rule.holds(getattr(part, field)):
+        value = getattr(part, field)
+        if not rule.holds(value):
             raise _refusal(part, label, (field,), rule.allowed)
+        if isinstance(value, np.generic | tuple):
+            object.__setattr__(part, field, _as_python(value))
 
 
 def agree(part: object, holds: bool, *fields: str, write: str, label: str | None = None) -> None:
@@ -66,14 +70,12 @@ def number(low: float, high: float, unit: str) -> Rule:
     return Rule(lambda value: is_number(value, low, high), f"{unit} from {_plain(low)} to {_plain(high)}")
 
 
-def positive(high: float, unit: str) -> Rule:
-    """Return the rule of a number within (0, high]."""
-    return Rule(lambda value: is_number(value, 0.0, high) and value > 0.0, f"{unit} above 0, at most {_plain(high)}")
-
-
-def integer(low: int, high: int, unit: str) -> Rule:
+def integer(low: float, high: float, unit: str) -> Rule:
     """Return the rule of an integer within [low, high]."""
-    return Rule(lambda value: is_integer(value) and low <= value <= high, f"an integer from {low} to {high} ({unit})")
+    return Rule(
+        lambda value: is_integer(value) and low <= value <= high,
+        f"an integer from {_plain(low)} to {_plain(high)} ({unit})",
+    )
 
 
 def flag() -> Rule:
@@ -120,6 +122,12 @@ def instances(kind: type) -> Rule:
 def optional(rule: Rule) -> Rule:
     """Return the rule of None, or of what another rule allows."""
     return Rule(lambda value: value is None or rule.holds(value), f"None or {rule.allowed}")
+
+
+def _as_python(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_as_python(one) for one in value)
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _numbers(value: Any, least: int, most: int, low: float, high: float) -> bool:

@@ -7,6 +7,7 @@ from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
 from hhrl_envs.scenario.scenario import GRAVITY, Adversary, Goal, Scenario
 from hhrl_envs.simulation.engine import layout
 from hhrl_envs.simulation.engine.layout import FAMILY_TABLE_WIDTH, SLOW_CHANCE, STYLE_SHARES, WEIGHT
+from hhrl_envs.simulation.traffic import guard_margin
 
 
 def pack(scenario: Scenario, agents: int = 1) -> Floats:
@@ -39,6 +40,7 @@ def _physics(scenario: Scenario) -> dict[int, float]:
         layout.EGO_MIN_ACCEL: vehicle.levels[0],
         layout.THROTTLE: vehicle.levels[-1],
         layout.GRIP: road.friction * GRAVITY,
+        layout.GUARD: guard_margin(scenario),
         layout.SPEED_LIMIT: road.speed_limit,
         layout.FIRST_LINE: lines[0] if lines else layout.FAR,
         layout.LAST_LINE: lines[-1] if lines else layout.FAR,

@@ -1,5 +1,7 @@
 """The longitudinal motion of agents: target accelerations, one first-order actuator, no reverse gear."""
 
+from math import inf
+
 from hhrl_envs.arrays import Floats
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner
@@ -35,15 +37,20 @@ def drive_agent(m: Floats, s: int, c: Floats, lanes: int) -> None:
 
 @inner
 def braking_distance(speed: float, c: Floats) -> float:
-    """Return the metres that an agent with ``speed`` and no acceleration covers under full braking until it stands."""
+    """Return the metres that an agent with ``speed`` and no acceleration covers under full braking until it stands.
+
+    They are infinite if it does not stand within the time limit.
+    """
     brake, gain, most, grip = c[at.EGO_MIN_ACCEL], c[at.LAG_GAIN], c[at.JERK_STEP], c[at.GRIP]
     covered, accel = 0.0, 0.0
-    while speed > 0.0:
+    for _ in range(int(c[at.HORIZON])):
+        if speed == 0.0:
+            return covered
         moved = max(speed + actuate(accel, brake, gain, most, grip) * c[at.DT], 0.0)
         accel = (moved - speed) * c[at.PER_DT]
         covered += 0.5 * (speed + moved) * c[at.DT]
         speed = moved
-    return covered
+    return covered if speed == 0.0 else inf
 
 
 @inner

@@ -4,11 +4,12 @@ Every number of a world is a pure function of (seed, episode, attempt, vehicle, 
 only where the scenario keeps feasible worlds alone.
 """
 
-from math import sqrt
+from math import floor, sqrt
 
 import numpy as np
 
 from hhrl_envs.arrays import Floats
+from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, unsigned
 from hhrl_envs.simulation.engine.layout import (
@@ -21,7 +22,14 @@ from hhrl_envs.simulation.engine.layout import (
     WEIGHT,
 )
 from hhrl_envs.simulation.engine.random_streams import between, stream, unit
-from hhrl_envs.simulation.traffic import HARDEST_DECEL, needed_decel
+from hhrl_envs.simulation.traffic import (
+    HARDEST_DECEL,
+    STANDSTILL,
+    fastest_front,
+    guard_margin,
+    hardest_decel,
+    needed_decel,
+)
 
 EGO = unsigned(0)
 COUNT, START, PROFILE, GREEN = (unsigned(purpose) for purpose in range(4))  # of the streams
@@ -32,7 +40,19 @@ MOVING, MOVED, PROFILED, DRAWN = (int(end) // at.STRIDE for end in (at.ACCEL, at
 FULL, ROLLING, RUNS = range(3)
 NOBODYS = -1.0  # the FAMILY of absent vehicles
 EASY_DECEL = 3.0  # m/s^2; initial speeds leave every follower this comfortable a stop
+COUNTED = 100.0  # slow-downs behind a vehicle's start that are counted off one by one
 SHORT_HEADWAY = 1.0  # s; initial speeds above the leader's leave every follower this much time
+
+
+def abruptest_stop(scenario: Scenario) -> float:
+    """Return a deceleration that no scripted vehicle exceeds, in m/s^2.
+
+    One that creeps stands at once. Where the road is slippery or a step long, one may start too near to its leader for
+    its brakes; the bound on its speed makes up for that in the first step.
+    """
+    hardest, gap = hardest_decel(scenario), scenario.traffic.gap[0]
+    safe = EASY_DECEL * gap <= hardest * (gap - guard_margin(scenario))
+    return hardest + 2.0 * STANDSTILL / scenario.dt if safe else fastest_front(scenario) / scenario.dt
 
 
 @inner
@@ -134,9 +154,10 @@ def settle(m: Floats, s: int, c: Floats) -> None:
     """Put the front vehicle ``s`` into the state that its profile starts in."""
     m[s + at.PHASE] = APPROACHING
     m[s + at.LINE] = first_line(m, s, c)
-    place = -m[s + at.SLOW_AT]
+    place, every = -m[s + at.SLOW_AT], m[s + at.SLOW_EVERY]
+    place += max(floor((m[s + at.POSITION] - place) / every) - COUNTED, 0.0) * every
     while place < m[s + at.POSITION]:
-        place += m[s + at.SLOW_EVERY]
+        place += every
     m[s + at.NEXT_SLOW] = place
     if c[at.SIGNAL] != 0.0:
         m[s + at.DWELL] = FAR

@@ -84,13 +84,14 @@ def reset_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, specia
 
 
 @kernel
-def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> None:
+def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> int:
     """Decide the OPEN rows of the blocks from low to high by driving their worlds ahead, many at a time.
 
-    Where only feasible worlds are wanted, an infeasible one is to be drawn anew.
+    Return the most steps that one of them was driven. Where only feasible worlds are wanted, an infeasible one is to be
+    drawn anew.
     """
     trial, tried = np.empty(locate(unsigned(1), c)[1]), np.empty(at.LANES, np.int64)
-    lanes, end = 0, min(high * at.LANES, rows)
+    lanes, end, longest = 0, min(high * at.LANES, rows), 0
     for row in range(low * at.LANES, end):
         _, r = locate_row(row, c)
         if m[r + at.STATUS] == OPEN:
@@ -98,10 +99,11 @@ def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> None:
             tried[lanes] = row
             lanes += 1
         if (lanes == at.LANES) | (row == end - 1):
-            drive_ahead(trial, c, unsigned(lanes))
+            longest = max(longest, drive_ahead(trial, c, unsigned(lanes)))
             for lane in range(lanes):
                 note_verdict(m, tried[lane], trial, lane, c)
             lanes = 0
+    return longest
 
 
 @inner
@@ -123,13 +125,16 @@ def note_verdict(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> No
 
 
 @inner
-def drive_ahead(trial: Floats, c: Floats, lanes: int) -> None:
-    """Drive the first lanes of a block under full braking until the feasibility of every one is decided."""
+def drive_ahead(trial: Floats, c: Floats, lanes: int) -> int:
+    """Drive the first lanes of a block under full braking until the feasibility of every one is decided.
+
+    Return how many steps that took.
+    """
     s, r = locate(unsigned(0), c)
     for i in range(lanes):
         trial[s + at.TARGET + i] = c[at.EGO_MIN_ACCEL]
         trial[r + at.FEASIBLE + i] = -1.0
-    undecided = lanes > 0
+    undecided, steps = lanes > 0, 0
     while undecided:
         undecided = False
         for i in range(lanes):
@@ -141,3 +146,5 @@ def drive_ahead(trial: Floats, c: Floats, lanes: int) -> None:
             switch_lines(trial, s, r, c, lanes)
             drive_traffic(trial, s, c, lanes)
             drive_agent(trial, s, c, lanes)
+            steps += 1
+    return steps

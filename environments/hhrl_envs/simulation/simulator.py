@@ -38,6 +38,7 @@ from hhrl_envs.state import State, count, read, read_count
 from hhrl_envs.sub_goals import RUNNING
 
 MAX_ATTEMPTS = 1000
+MOST_AHEAD = 10_000_000  # steps times vehicles that these attempts drive a row ahead in all
 _SHARES = (0.5, 0.25, 0.125, 0.125)  # of a thread's rows: the pieces that it takes, the small ones last
 
 
@@ -276,8 +277,10 @@ class Simulator:
 
     def _decide(self) -> None:
         """Decide the rows whose worlds are OPEN, draw infeasible ones anew if only feasible ones are wanted."""
-        for _ in range(MAX_ATTEMPTS):
-            self._each_slice(decide_rows, self.num_rows)
+        attempts, left = 0, MOST_AHEAD
+        while attempts < MAX_ATTEMPTS and left > 0:
+            attempts += 1
+            left -= max(self._each_slice(decide_rows, self.num_rows)) * self.scenario.num_vehicles
             self._run(BEGIN | SHOW)
             if self._ended >= 0:
                 return

@@ -12,7 +12,8 @@ from hhrl_envs.scenario.profiles import Range
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, spliced
-from hhrl_envs.simulation.traffic import HARDEST_DECEL
+from hhrl_envs.simulation.initial_state import abruptest_stop
+from hhrl_envs.simulation.traffic import HARDEST_DECEL, fastest_front, quickest_start
 from hhrl_envs.sub_goals import SUB_GOALS, Option
 
 MIN_STOPPING_DISTANCE = 0.5  # m; floor of d_ds where it is a denominator
@@ -147,12 +148,12 @@ def penalty_follow(m: Floats, s: int, sigma_3: float) -> float:  # noqa: ARG001
 
 def bounds_follow(scenario: Scenario, motion: Motion) -> tuple[Range, ...]:
     """Return the bounds of d_f, v_f, a_f, d_fc and d_fc/d_fs."""
-    traffic, sensor = scenario.traffic, scenario.sensor
+    sensor = scenario.sensor
     speed, accel, distance = (6.0 * noise for noise in (sensor.noise_speed, sensor.noise_accel, sensor.noise_distance))
-    far, hardest = sensor.front_range + distance, 2.0 * HARDEST_DECEL + accel
-    fastest = max(scenario.road.speed_limit, traffic.speed[1], *(f.desired_speed[1] for f in traffic.families))
-    speeds = (0.0, fastest + 1.0 + speed)
-    return (0.0, far), speeds, (-hardest, hardest), (-motion.safety, far), (RATIO_LOW, RATIO_HIGH)
+    far, usual = sensor.front_range + distance, 2.0 * HARDEST_DECEL
+    accels = -max(usual, abruptest_stop(scenario)) - accel, max(usual, quickest_start(scenario)) + accel
+    speeds = (0.0, fastest_front(scenario) + speed)
+    return (0.0, far), speeds, accels, (-motion.safety, far), (RATIO_LOW, RATIO_HIGH)
 
 
 _BY_OPTION: Mapping[Option, Kernels] = {

@@ -13,7 +13,7 @@ A learned front vehicle is driven by an agent until its episode ends, and by nob
 from math import sqrt
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.scenario import STOP
+from hhrl_envs.scenario.scenario import GRAVITY, STOP, Scenario
 from hhrl_envs.simulation.dynamics import drive_agent
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, spliced, unsigned
@@ -21,11 +21,37 @@ from hhrl_envs.simulation.engine.layout import APPROACHING, BRAKING, DWELLING, F
 from hhrl_envs.sub_goals import NOT_STOP, SUCCESS
 
 HARDEST_DECEL = 9.0  # m/s^2; what a scripted vehicle brakes with at most on a dry road
-GUARD_MARGIN = 0.5  # m; what the safe-speed bound keeps free
+GUARD_MARGIN = 0.5  # m; what the safe-speed bound keeps free at the least
 ARRIVED = 1.5  # m; a standing vehicle this near to its stop position has arrived at it
 RELEASE = 0.3  # a braking vehicle that needs less than this share of its line_decel drives on towards the line
 STANDSTILL = 0.01  # m/s; slower is standing, else IDM would creep for ever, down to denormal speeds
 CLOSEST = 0.1  # m; floor of distances in denominators
+
+
+def hardest_decel(scenario: Scenario) -> float:
+    """Return what a scripted vehicle brakes with at most, in m/s^2."""
+    return min(HARDEST_DECEL, scenario.road.friction * GRAVITY)
+
+
+def guard_margin(scenario: Scenario) -> float:
+    """Return the metres that the safe-speed bound keeps free.
+
+    Who comes to a stand within a step of dt brakes less hard than b = ``hardest_decel`` in it, which may take
+    b dt^2 / 8 more than a stop at b.
+    """
+    return max(GUARD_MARGIN, hardest_decel(scenario) * scenario.dt * scenario.dt / 6.0)
+
+
+def fastest_front(scenario: Scenario) -> float:
+    """Return a speed that no front vehicle exceeds, in m/s."""
+    traffic = scenario.traffic
+    wanted = max(scenario.road.speed_limit, traffic.speed[1], *(family.desired_speed[1] for family in traffic.families))
+    return wanted + max(1.0, quickest_start(scenario) * scenario.dt)
+
+
+def quickest_start(scenario: Scenario) -> float:
+    """Return the highest acceleration of a scripted vehicle, in m/s^2."""
+    return max(family.max_accel[1] for family in scenario.traffic.families)
 
 
 @inner
@@ -58,14 +84,14 @@ def needed_decel(v: float, v_line: float, distance: float) -> float:
 
 
 @inner
-def safe_speed(v: float, gap: float, v_leader: float, dt: float, hardest: float) -> float:
+def safe_speed(v: float, room: float, v_leader: float, dt: float, hardest: float) -> float:
     """Return the largest next speed from which a stop behind the leader stays possible at ``hardest`` deceleration b.
 
-    ``gap`` and ``v_leader`` are those after the leader moved. It solves
-    ``(v + w) dt / 2 + w^2 / (2 b) <= gap + v_leader^2 / (2 b)`` for w.
+    ``room``, the gap less the margin, and ``v_leader`` are those after the leader moved. It solves
+    ``(v + w) dt / 2 + w^2 / (2 b) <= room + v_leader^2 / (2 b)`` for w.
     """
     half = 0.5 * hardest * dt
-    room = 2.0 * hardest * (gap - GUARD_MARGIN - v * (0.5 * dt)) + v_leader * v_leader
+    room = 2.0 * hardest * (room - v * (0.5 * dt)) + v_leader * v_leader
     return sqrt(max(half * half + room, 0.0)) - half
 
 
@@ -95,7 +121,7 @@ def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
     """
     dt, per_dt, length, last = c[at.DT], c[at.PER_DT], c[at.LENGTH], c[at.LAST_LINE]
     half_step, hardest = 0.5 * dt, min(HARDEST_DECEL, c[at.GRIP])
-    leader = s + at.VEHICLE
+    leader, margin = s + at.VEHICLE, c[at.GUARD]
     for i in range(lanes):
         x, v, standing = m[s + at.POSITION + i], m[s + at.SPEED + i], m[s + at.STANDING + i]
         gap, v_leader = m[leader + at.POSITION + i] - length - x, m[leader + at.SPEED + i]
@@ -118,7 +144,7 @@ def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
         held = still & (dwelling | (standing < m[s + at.START_DELAY + i]))
         a = 0.0 if held else max(a, -hardest)
 
-        moved = min(v + a * dt, safe_speed(v, gap, v_leader, dt, hardest))
+        moved = min(v + a * dt, safe_speed(v, gap - margin, v_leader, dt, hardest))
         stands = moved < STANDSTILL
         moved = 0.0 if stands else moved
         x = x + (v + moved) * half_step

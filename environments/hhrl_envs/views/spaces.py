@@ -41,8 +41,9 @@ def _box(scenario: Scenario, fastest: float, accel: Range, overshoot: float) -> 
     """Return the box of what an agent sees that drives so fast and accelerates so, until so far past its line."""
     vehicle = scenario.vehicle
     safety = max(fastest * fastest / (2.0 * vehicle.max_decel), scenario.reward.safe_gap)
-    jerk = (vehicle.levels[-1] - vehicle.levels[0]) / scenario.dt
-    bounds = [(0.0, fastest), accel, (-jerk, jerk)]
+    rounded = 4.0 * float(np.spacing(fastest)) / scenario.dt  # an acceleration is a difference of two speeds
+    jerk = (vehicle.levels[-1] - vehicle.levels[0] + 2.0 * rounded) / scenario.dt
+    bounds = [(0.0, fastest), (accel[0] - rounded, accel[1] + rounded), (-jerk, jerk)]
     for goal in STATE_ORDER:
         bounds += KERNELS[goal.option].bounds(scenario, Motion(overshoot, safety))
     low, high = np.array(bounds, np.float32).T * o.SCALES

@@ -29,13 +29,13 @@ BAD: dict[str, dict[str, list[Any]]] = {
     "Scenario": {
         "id": ["", "a\nb", "a b", " a", None, 3, "a/b"],
         "goal": [7, 0, None, "stop", "STOP"],
-        "horizon": [INF, NAN, 60.5, 60.0, "60", 0, True, None, 2**70],
+        "horizon": [INF, NAN, 60.5, 60.0, "60", 0, True, None, 40_001, 2**70],
         "dt": ["0.1", 0.0, 1.5, NAN, 5e-324, None, True],
         "signal": [(5, 30), 5.0, True, "green"],
         "adversary": [True, 1.0, "yes"],
         "learned_fronts": [1.5, "1", 1.0, True, -1, 5, NAN],
         "feasible_only": ["no", 0, None, 1.0],
-        "route_end": [0.0, INF, "40", None, True],
+        "route_end": [0.0, 1e-9, INF, "40", None, True],
         **{
             part: [None, "default", {}, 1, Vehicle]
             for part in ("traffic", "vehicle", "road", "sensor", "reward", "band")
@@ -51,10 +51,10 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "lines": [0.0, ("a",), [0.0], None, (NAN,), (INF,), (0.0, 0.0), (5.0, 1.0), (0.0, 1.0, 2.0), (-1.0,), (True,)],
         "start_distance": [60.0, (50.0,), (80.0, 60.0), (55.0, INF), (55.0, 501.0), (NAN, 60.0), None, "55"],
         "start_speed": [5.0, (5.0, INF), (5.0, NAN), (5.0, 6.0, 7.0), (-1.0, 5.0)],
-        "speed_limit": [0.0, "12", INF, NAN, None, True],
-        "stop_zone": [-1.0, 0.0, "2", INF, NAN],
-        "stop_speed": [0.0, "0.1", INF, NAN],
-        "friction": [0.0, 1.6, "dry", NAN, True],
+        "speed_limit": [0.0, 1e-300, "12", INF, NAN, None, True],
+        "stop_zone": [-1.0, 0.0, 5e-324, "2", INF, NAN],
+        "stop_speed": [0.0, 1e-12, "0.1", INF, NAN],
+        "friction": [0.0, 1e-9, 0.009, 1.6, "dry", NAN, True],
     },
     "Vehicle": {
         "levels": [
@@ -63,6 +63,8 @@ BAD: dict[str, dict[str, list[Any]]] = {
             (2.0, -3.0),
             (1.0, 2.0),
             (-2.0, -1.0),
+            (-1e-9, 2.0),
+            (-3.0, 0.09),
             [-3.0, 2.0],
             (-INF, 2.0),
             (-1.0, NAN),
@@ -70,9 +72,9 @@ BAD: dict[str, dict[str, list[Any]]] = {
             "ab",
         ],
         "lag": [-0.1, "0.3", INF, NAN, True, None],
-        "jerk_limit": [0.0, "15", INF, NAN],
-        "max_decel": [0.0, NAN, INF, None],
-        "length": [0.0, INF, (5.0,)],
+        "jerk_limit": [0.0, 1e-12, "15", INF, NAN],
+        "max_decel": [0.0, 1e-320, NAN, INF, None],
+        "length": [0.0, 1e-9, INF, (5.0,)],
     },
     "Sensor": {
         "delay": [1.5, 1.0, -1, 51, "1", True, None, NAN],
@@ -89,7 +91,7 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "sigma_4": [(49.0,), -0.1],
         "jerk_threshold": [INF, "4"],
         "positive_jerk_only": ["no", 1, None],
-        "safe_gap": [0.0, NAN, "5"],
+        "safe_gap": [0.0, 1e-9, NAN, "5"],
         "timeout_scale": [-1.0, INF, True],
     },
     "Signal": {"green_at": [5.0, (INF, INF), (5.0, 1.0), (5.0, 6.0, 7.0), "5", None, (NAN, NAN), (-1.0, 5.0)]},
@@ -97,20 +99,27 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "low": [-1.0, 10.0, "2", NAN],
         "high": [2.0, INF, True],
         "headway": [-1.0, NAN, "3"],
-        "share": [0.0, 1.1, NAN, "0.8"],
+        "share": [0.0, 5e-324, 1.1, NAN, "0.8"],
     },
-    "Adversary": {"hardest_brake": [0.0, INF, NAN, "4.5", True], "patience": [-1.0, INF, NAN, None]},
+    "Adversary": {"hardest_brake": [0.0, 1e-9, INF, NAN, "4.5", True], "patience": [-1.0, INF, NAN, None]},
     "ProfileFamily": {
         "name": [None, "", " ", "a\nb", 3],
-        "weight": [0.0, INF, NAN, "1", True, None],
+        "weight": [0.0, 1e-300, INF, NAN, "1", True, None],
         "slow_chance": [1.5, NAN, "0.5", True],
         "styles": [(0.5, 0.5), (NAN, 0.5, 0.5), None, (0.5, 0.2, 0.1), "abc", [1.0, 0.0, 0.0], (1.5, -0.5, 0.0), 1.0],
         "headway": [2.0, (2.0, 1.0), (1.0, 2.0, 3.0), "12", (1.0, INF), (NAN, 2.0), None, (False, True)],
         "stop_position": [(100, 100), (-5.0, 0.0), (0.0, INF)],
-        "max_accel": [(0.0, 1.0), (1.0, INF)],
+        "max_accel": [(0.0, 1.0), (1e-9, 1.0), (1.0, INF)],
         "dwell": [(0.0, INF), 1.0],
     },
 }
+ENDLESS = [
+    ("Vehicle", "levels", (-1e-9, 2.0), "levels from a brake of -0.1 or below to a throttle of 0.1 or above"),
+    ("Vehicle", "jerk_limit", 1e-12, "m/s^3 from 0.1 to 1000000"),
+    ("Vehicle", "max_decel", 1e-320, "m/s^2 from 0.1 to 100"),
+    ("Road", "friction", 1e-9, "a coefficient from 0.01 to 1.5"),
+    ("Scenario", "horizon", 10**6, "an integer from 1 to 40000 (steps)"),
+]  # once they kept a loop from ending, or gave a NaN
 CASES = [(part, field, value) for part, bad in BAD.items() for field, values in bad.items() for value in values]
 
 
@@ -128,6 +137,13 @@ def refused(call: Callable[[], object], *said: str) -> None:
 def test_a_bad_value_is_refused_by_its_name(part: str, field: str, value: Any) -> None:
     given = value.name if isinstance(value, Goal) else repr(value)[:60]
     refused(partial(replace, WHOLE[part], **{field: value}), f"{field} is {given}", "; write ")
+
+
+@pytest.mark.parametrize(("part", "field", "value", "write"), ENDLESS)
+def test_what_no_world_ends_with_is_refused_in_one_line(part: str, field: str, value: Any, write: str) -> None:
+    with pytest.raises(InputError) as caught:
+        replace(WHOLE[part], **{field: value})
+    assert str(caught.value) == f"{part}.{field} is {value!r}; write {write}"
 
 
 @pytest.mark.parametrize(
@@ -157,9 +173,10 @@ def test_a_family_is_named() -> None:
         (lambda: replace(MAIN, road=Road(lines=())), ("road.lines is ()", "goal is Goal.STOP")),
         (lambda: replace(MAIN, signal=Signal((1, 2))), ("signal is Signal(", "goal is Goal.STOP", "goal PASS")),
         (lambda: replace(MAIN, horizon=50), ("horizon is 50 and dt is 0.1", "write a horizon of 86 steps or more")),
+        (lambda: replace(MAIN, dt=1.0, horizon=3601), ("horizon is 3601 and dt is 1.0", "at most 3600 steps")),
         (lambda: replace(MAIN, dt=0.01), ("horizon is 600 and dt is 0.01", "write a horizon of 858 steps or more")),
     ],
-    ids=["stop_zone", "speed_limit", "start_speed", "band", "lines", "signal", "horizon", "dt"],
+    ids=["stop_zone", "speed_limit", "start_speed", "band", "lines", "signal", "horizon", "hours", "dt"],
 )
 def test_fields_that_disagree_are_all_named(call: Callable[[], object], said: tuple[str, ...]) -> None:
     refused(call, *said)
@@ -169,6 +186,13 @@ def test_scenarios_without_a_place_for_learned_fronts_say_why() -> None:
     said = "learned_fronts is 1; write 0 for scenario "
     refused(lambda: replace(SCENARIOS["follow-v0"], learned_fronts=1), said, "goal FOLLOW")
     refused(lambda: replace(SCENARIOS["solo-stop-v0"], learned_fronts=1), said, "no front vehicles")
+
+
+def test_agents_keep_to_the_speed_limit_from_the_start() -> None:
+    swift = replace(MAIN, traffic=replace(MAIN.traffic, speed=(5.0, 30.0)))
+    said = "Scenario.traffic.speed is (5.0, 30.0) and road.speed_limit is 12.0; write a traffic.speed of at most"
+    refused(lambda: replace(swift, learned_fronts=1), said)
+    refused(lambda: StopLineParallelEnv(swift, learned_fronts=1), said)
 
 
 def test_short_time_limits_are_allowed_where_a_world_may_be_infeasible_or_nobody_queues() -> None:
@@ -185,6 +209,8 @@ def test_numbers_of_numpy_are_numbers() -> None:
     assert given == plain
     assert given.spec_hash == plain.spec_hash
     assert pack(given).tobytes() == pack(plain).tobytes()
+    narrow: Any = np.float16(0.1)
+    assert type(replace(MAIN, dt=narrow).dt) is float
     infinite: Any = np.float16("inf")
     refused(lambda: Vehicle(lag=infinite), "lag is ")
 

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 import pytest
@@ -82,5 +83,13 @@ def test_nobody_brakes_longer_than_the_bound(
 ) -> None:
     main = get_scenario("stop-line-v0")
     vehicle = replace(main.vehicle, levels=(brake, 0.0, 2.0), max_decel=-brake, lag=lag, jerk_limit=jerk_limit)
-    c = pack(replace(main, vehicle=vehicle, road=replace(main.road, friction=friction)))
+    c = pack(replace(main, vehicle=vehicle, road=replace(main.road, friction=friction), horizon=36_000))
     assert braking_distance(speed, c) <= longest_braking(speed, c) + 1e-9
+
+
+def test_who_does_not_stand_within_the_time_limit_brakes_for_ever() -> None:
+    main = get_scenario("stop-line-v0")
+    short, enough = (pack(replace(main, horizon=horizon, feasible_only=False)) for horizon in (10, 100))
+    assert braking_distance(10.0, short) == inf
+    assert 8.0 < braking_distance(10.0, enough) < 20.0
+    assert braking_distance(0.0, short) == 0.0

@@ -111,6 +111,7 @@ BAND_LOW, BAND_HIGH, BAND_HEADWAY, BAND_SHARE = _take(_constants, 4)
 FEASIBLE_ONLY, SLOTS, AGENTS = _take(_constants, 3)
 ADVERSARY, HARDEST_BRAKE, PATIENCE, THROTTLE = _take(_constants, 4)
 GOAL_PLACE, FARTHEST = _take(_constants, 2)  # what a front vehicle must leave free; what full braking must not pass
+(GUARD,) = _take(_constants, 1)  # metres that scripted vehicles keep free whatever happens
 (CONSTANTS_SIZE,) = _take(_constants, 1)
 # Behind them: the cumulative shares of 0, 1, 2, ... front vehicles, then the table of the profile families, row by row.
 COUNTS = CONSTANTS_SIZE
