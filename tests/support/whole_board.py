@@ -20,7 +20,7 @@ AGENTS = ("rule-1", "rule-2", "rule-4")
 
 @cache
 def whole_board(named: str = "rule-2") -> LeaderboardRecord:
-    """Return three rules on two tasks beside made-up learning; Rule 2, a method and the suite are ``named`` so."""
+    """Return three rules on two tasks beside made-up learning; Rule 2 and a method are ``named`` so."""
     suite = ScoreSuite("tiny", agents=AGENTS, tasks=("stop-line-v0", "stop-line-wet-v0"), episodes=20)
     with TemporaryDirectory() as folder:
         scored = suite_study(suite, Path(folder))
@@ -35,7 +35,7 @@ def whole_board(named: str = "rule-2") -> LeaderboardRecord:
         "transfer": study().model_copy(update={"rows": rows}),
     }
     data = json.loads(board.model_copy(update=learning).model_dump_json())
-    names = {"rule-2": named, "ddqn": named, "tiny": named}
+    names = {"rule-2": named, "ddqn": named}
     return LeaderboardRecord.model_validate_json(json.dumps(_renamed(data, names)))
 
 

@@ -117,7 +117,7 @@ def test_the_index_tells_of_other_entries_and_of_files_that_no_entry_names(folde
     (folder / "evidence" / "stray").touch()
     result = invoke("leaderboard", "verify", str(folder))
     assert result.exit_code == 1
-    assert "INDEX.json.other.json: nothing is published" in result.stdout
+    assert "INDEX.json: it lacks other.json; hhrl-bench leaderboard build adds it" in result.stdout
     assert "evidence/stray: no entry names this file" in result.stdout
 
 
