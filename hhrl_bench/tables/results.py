@@ -93,7 +93,7 @@ def _notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
     if task.id in paper_table.TABLE_I_TASKS:
         source = f"The paper's rows: Table I, {CASES} cases"
         lines.append(Note(f"{source}, Wilson.", f"{source}."))
-    lines += [Note(note) for result in results for note in _of_training(task, result)]
+    lines += [Note(note) for result in results for note in _of_agent(task, result)]
     return [*lines, *map(Note, _traffic(task, results))]
 
 
@@ -150,8 +150,13 @@ def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
     ]
 
 
-def _of_training(task: TaskRecord, result: ResultRecord) -> Iterator[str]:
-    """Yield what is to be known of an agent's training: other scenarios than the task's, and that it is not exact."""
+def _of_agent(task: TaskRecord, result: ResultRecord) -> Iterator[str]:
+    """Yield what is to be known of where an agent comes from, and of its training.
+
+    That is: whether it is a user's own code, other scenarios than the task's, and that the training is not exact.
+    """
+    if result.kind == "factory":
+        yield f"{result.agent} is a user's own code: to verify it, its decisions are replayed, not made again."
     trainings = [run.training for run in result.runs if run.training]
     others = {training.scenario for training in trainings} - {task.scenario}
     if others:

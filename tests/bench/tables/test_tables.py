@@ -103,3 +103,11 @@ def test_a_registered_metric_is_the_last_column_wherever_results_are_shown(board
 
 def test_a_metric_that_no_result_has_is_no_column(board: LeaderboardRecord) -> None:
     assert results_table(board.tasks[0], board.on(board.tasks[0])).columns[-1].line == "success"
+
+
+def test_a_table_says_which_rows_are_a_users_own_code(board: LeaderboardRecord) -> None:
+    first, *others = board.on(board.tasks[0])
+    own = first.model_copy(update={"agent": "mine:make", "kind": "factory"})
+    notes = [note.text for note in results_table(board.tasks[0], [own, *others]).notes]
+    said = [note for note in notes if "own code" in note]
+    assert said == ["mine:make is a user's own code: to verify it, its decisions are replayed, not made again."]
