@@ -88,7 +88,7 @@ def change(path: str, value: object) -> Callable[[Json], None]:
         (change("extra", 1), "extra: is not known; leave it out"),
         (change("schema_version", ...), "schema_version: is missing; add it"),
         (change("schema_version", 2), "schema_version: write 1"),
-        (change("suite", ""), "suite: write a string with at least 1 character"),
+        (change("suite", ""), "suite: write a string that matches pattern"),
         (change("tasks", []), "tasks: "),
         (change("tasks.0.spec_hash", "00"), "tasks.0.spec_hash: "),
         (change("results.0.runs.0.metrics.collision", 1.5), "less than or equal to 1"),

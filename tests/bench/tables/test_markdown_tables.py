@@ -15,7 +15,7 @@ HOSTILE = (
     "`x`",
     "<script>",
     "[x](http://a.example)",
-    "a \N{LINE SEPARATOR}|",
+    "a \N{EM SPACE}|",
     "*x* _y_ ~z~ $1$",
 )
 
