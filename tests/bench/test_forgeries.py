@@ -20,16 +20,12 @@ from hhrl_agents import METHODS, RULES
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.learned_agent import make_agent
 from hhrl_bench.evaluation.decisions import Trace
-from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
-from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
+from hhrl_bench.evaluation.evidence import Evidence, unpack
 from hhrl_bench.evaluation.store import Store, read
-from hhrl_bench.leaderboard import comparisons
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.publishing.publication import check_index, write_index
 from hhrl_bench.schema import sha256_of
-from hhrl_bench.statistics import censored_times, intervals
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.verification.checked_result import replay
 from hhrl_bench.verification.verify import verify
@@ -65,7 +61,7 @@ class Board:
         kept = self.evidence(result)
         trace = kept.trace._replace(**{name: arrays.pop(name) for name in Trace._fields if name in arrays})
         kept = kept._replace(trace=trace, **arrays)
-        self.add_evidence(result, repacked(kept))
+        self.add_evidence(result, small_board.repacked(kept))
 
     def add_evidence(self, result: int, content: bytes) -> None:
         self.put("results", result, "runs", 0, "evidence_sha256", value=self.store.add_evidence(content))
@@ -96,29 +92,12 @@ class Board:
             return [str(error)]
 
 
-def repacked(kept: Evidence) -> bytes:
-    absent = (
-        "return_task",
-        "return_option",
-        "return_action",
-        "unsafe",
-        "impact_speed",
-        "smallest_gap",
-        "smallest_ttc",
-    )
-    measured: dict[str, Any] = {**kept.measured, **dict.fromkeys(absent, np.empty(0))}
-    records = EpisodeRecords(np.empty(0, np.uint64), kept.outcome, kept.trace.steps, measured)
-    return pack(ScoredEpisodes(records, kept.trace))
-
-
 Forge = Callable[[Board], None]
 
 
 @pytest.fixture(scope="module", autouse=True)
 def few_resamples() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        for module in (intervals, comparisons, censored_times):
-            patch.setattr(module, "RESAMPLES", 99)
+    with small_board.resamples(99):
         yield
 
 
@@ -203,7 +182,7 @@ def kinder_opponent_of_own_code(board: Board) -> None:
 
 
 def bomb(board: Board) -> None:
-    content = repacked(board.evidence(RULE))
+    content = small_board.repacked(board.evidence(RULE))
     board.add_evidence(RULE, content + bytes(40_000_000))
 
 
@@ -444,11 +423,8 @@ def test_any_other_decision_of_an_opponent_is_found(board: Board, step: int, act
 @given(size=st.integers(2_000_000, 60_000_000))
 def test_evidence_that_unpacks_to_more_than_its_episodes_is_not_unpacked(honest: Path, board: Board, size: int) -> None:
     forged = Board(board.path, json.loads(honest.read_text()))
-    forged.add_evidence(RULE, repacked(forged.evidence(RULE)) + bytes(size))
+    forged.add_evidence(RULE, small_board.repacked(forged.evidence(RULE)) + bytes(size))
     assert any("of at most" in line for line in forged.said(RECOMPUTED))
-
-
-INDEX_FIELDS = ("file", "sha256", "suite", "tasks", "agents", "results")
 
 
 @pytest.fixture

@@ -24,13 +24,11 @@ from hhrl_bench import provenance
 from hhrl_bench.evaluation.evidence import unpack
 from hhrl_bench.evaluation.loading import load_agents, training_record
 from hhrl_bench.evaluation.store import Store, read
-from hhrl_bench.leaderboard import comparisons
 from hhrl_bench.leaderboard.entry import check_spelling, read_entry
 from hhrl_bench.leaderboard.entry_files import INDEX
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import method_records
 from hhrl_bench.publishing import publication
-from hhrl_bench.statistics import censored_times, intervals
 from hhrl_bench.suites.units import keep_outcome
 from hhrl_bench.tasks.seeds import parse_seeds
 from hhrl_bench.training import saved_state
@@ -253,9 +251,7 @@ def unchecked() -> Iterator[None]:
 @contextmanager
 def quick_statistics() -> Iterator[None]:
     """Return a context in which intervals take no time."""
-    with pytest.MonkeyPatch.context() as patch:
-        for module in (intervals, comparisons, censored_times):
-            patch.setattr(module, "RESAMPLES", 9)
+    with small_board.resamples(9):
         yield
 
 

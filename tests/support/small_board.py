@@ -1,13 +1,23 @@
 """A small leaderboard that holds something of everything, for tests of what becomes of changed and damaged entries."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import pytest
+
+from hhrl_bench.evaluation.episodes import EpisodeRecords
+from hhrl_bench.evaluation.evidence import Evidence, pack
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
 from hhrl_bench.evaluation.records import ResultRecord, TimedResult
 from hhrl_bench.evaluation.results import task_record
 from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard import comparisons
 from hhrl_bench.leaderboard.entry import build_entry, publish_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.statistics import censored_times, intervals
 from hhrl_bench.suites.units import Evaluation, OutcomeRecord
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
@@ -70,3 +80,22 @@ def _transfer() -> TransferSetRecord:
         "zero-shot": ArmCurves(seeds, (0,), ((0.5,), (0.25,))),
     }
     return transfer_set([TransferCurves("stop-line-v0", "stop-and-go-v0", "hybrid-hrl", arms)])
+
+
+NOT_KEPT = ("return_task", "return_option", "return_action", "unsafe", "impact_speed", "smallest_gap", "smallest_ttc")
+
+
+def repacked(kept: Evidence) -> bytes:
+    """Return the content of an evidence file that holds this evidence."""
+    measured: dict[str, Any] = {**kept.measured, **dict.fromkeys(NOT_KEPT, np.empty(0))}
+    records = EpisodeRecords(np.empty(0, np.uint64), kept.outcome, kept.trace.steps, measured)
+    return pack(ScoredEpisodes(records, kept.trace))
+
+
+@contextmanager
+def resamples(count: int) -> Iterator[None]:
+    """Return a context in which intervals come from so few resamples."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (intervals, comparisons, censored_times):
+            patch.setattr(module, "RESAMPLES", count)
+        yield

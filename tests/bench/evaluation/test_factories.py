@@ -9,22 +9,13 @@ import pytest
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.factories import call_factory, require_module
 from hhrl_envs import get_scenario
+from support.own_agents import COASTING
 
 SCENARIO = get_scenario("stop-line-v0")
 
-FACTORIES = """
-import numpy as np
-from hhrl_agents import Decision
-
-class Coasting:
-    def __init__(self, scenario):
-        self.action = scenario.num_actions - 3
-    def reset(self, mask):
-        pass
-    def act(self, observations):
-        rows = len(observations)
-        return Decision(np.full(rows, -1), np.full(rows, self.action))
-
+FACTORIES = (
+    COASTING
+    + """
 def crashing(scenario):
     raise RuntimeError("out of paint")
 
@@ -44,6 +35,7 @@ def nothing(scenario):
 
 value = 3
 """
+)
 
 
 @pytest.fixture

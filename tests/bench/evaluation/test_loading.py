@@ -10,22 +10,9 @@ from hhrl_agents import METHODS, RULES
 from hhrl_bench.errors import AgentError, UnknownTaskError
 from hhrl_bench.evaluation.loading import load_agent, load_agents, shipped_methods
 from hhrl_envs import get_scenario
+from support.own_agents import COASTING
 
 SCENARIO = get_scenario("stop-line-v0")
-
-COASTING = """
-import numpy as np
-from hhrl_agents import Decision
-
-class Coasting:
-    def __init__(self, scenario):
-        self.action = scenario.num_actions - 3
-    def reset(self, mask):
-        pass
-    def act(self, observations):
-        rows = len(observations)
-        return Decision(np.full(rows, -1), np.full(rows, self.action))
-"""
 
 
 @pytest.fixture

@@ -13,15 +13,11 @@ import pytest
 
 pytest.importorskip("torch")
 
-from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
-from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
+from hhrl_bench.evaluation.evidence import unpack
 from hhrl_bench.evaluation.store import Store, read
-from hhrl_bench.leaderboard import comparisons
 from hhrl_bench.leaderboard.entry import MAX_ENTRY_BYTES, check_spelling, read_entry, write_entry
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.level import Level
-from hhrl_bench.statistics import censored_times, intervals
 from hhrl_bench.verification.verify import verify
 from hhrl_envs.errors import InputError
 from support import small_board
@@ -29,8 +25,6 @@ from support.command_line import invoke
 from support.mutations import Place, at, leaves, other, put
 
 LEVELS = (Level.RECOMPUTED, Level.REPLAYED)
-
-NOT_KEPT = ("return_task", "return_option", "return_action", "unsafe", "impact_speed", "smallest_gap", "smallest_ttc")
 
 UNPROVABLE = {
     "suite": "a name of the entry's own; to submit it, its tasks and agents have to be that suite's",
@@ -42,9 +36,7 @@ UNPROVABLE = {
 @pytest.fixture(scope="module", autouse=True)
 def few_resamples() -> Iterator[None]:
     """Intervals that are quicker to compute, and as easily changed."""
-    with pytest.MonkeyPatch.context() as patch:
-        for module in (intervals, comparisons, censored_times):
-            patch.setattr(module, "RESAMPLES", 99)
+    with small_board.resamples(99):
         yield
 
 
@@ -182,17 +174,7 @@ def replace_evidence(path: Path, data: Any, result: int, **arrays: Any) -> None:
     """Give a result's first run evidence that differs in some arrays, under the hash of what it then is."""
     store, place = Store(path.parent), ("results", result, "runs", 0, "evidence_sha256")
     kept = unpack(read(store.evidence(at(data, place))))
-    path.write_text(json.dumps(put(data, place, store.add_evidence(repack(kept._replace(**arrays))))))
-
-
-def repack(kept: Evidence) -> bytes:
-    records = EpisodeRecords(
-        seed=np.empty(0, np.uint64),
-        outcome=kept.outcome,
-        steps=kept.trace.steps,
-        measured={**kept.measured, **dict.fromkeys(NOT_KEPT, np.empty(0))},
-    )
-    return pack(ScoredEpisodes(records, kept.trace))
+    path.write_text(json.dumps(put(data, place, store.add_evidence(small_board.repacked(kept._replace(**arrays))))))
 
 
 def test_evidence_that_only_its_own_decisions_contradict_is_found(path: Path, data: Any) -> None:
