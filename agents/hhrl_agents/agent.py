@@ -2,6 +2,7 @@
 
 from typing import NamedTuple, Protocol, runtime_checkable
 
+from hhrl_envs import Simulator
 from hhrl_envs.arrays import Flags, Floats32, Ints
 
 NO_OPTION = NO_ACTION = -1
@@ -38,6 +39,14 @@ class HierarchicalAgent(Agent, Protocol):
 
     def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
         """Return the actions, int64 [B], that pursue `option`, int64 [B], at `observations`, float32 [B, elements]."""
+
+
+@runtime_checkable
+class ClairvoyantAgent(Agent, Protocol):
+    """An agent that is shown the worlds themselves: it says what is possible, and is no rival of the others."""
+
+    def foresee(self, simulator: Simulator) -> None:
+        """Look at the worlds, B rows at the start of their episodes, before the first `act`; leave them as they are."""
 
 
 LEVELS = ("option", "action")

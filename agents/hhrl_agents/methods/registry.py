@@ -12,6 +12,7 @@ from hhrl_agents import rules
 from hhrl_agents.agent import HierarchicalAgent
 from hhrl_agents.methods.configs import DoubleDQNConfig, PPOConfig, PQNConfig
 from hhrl_agents.methods.method import Method
+from hhrl_agents.rules.oracle import ORACLES
 from hhrl_envs import Scenario
 from hhrl_envs.errors import InputError
 
@@ -159,7 +160,7 @@ def register_method(method: Method) -> Method:
         raise InputError(f"cannot register {method!r} as a method; give a hhrl_agents.methods.method.Method")
     if not re.fullmatch(r"[a-z0-9][a-z0-9-]*", method.id):
         raise InputError(f"a method cannot have the id {method.id!r}; write small letters, digits and hyphens")
-    if method.id in RULES or _methods.get(method.id, method) != method:
+    if method.id in {*RULES, *ORACLES} or _methods.get(method.id, method) != method:
         raise InputError(f"there is an agent {method.id!r} already; give the method another id")
     _methods[method.id] = method
     return method

@@ -47,7 +47,7 @@ class Snapshot:
 
 def snapshot_of(simulator: Simulator, row: int = 0, option: int | None = None) -> Snapshot:
     """Return the present state of one row; ``option`` is the selected sub-goal, None or -1 for a flat agent."""
-    scenario, line = simulator.scenario, simulator.active_line(row)
+    scenario, line = simulator.scenario, float(simulator.lines[row])
     return Snapshot(
         scenario=scenario,
         vehicles=simulator.vehicles(row),

@@ -168,6 +168,21 @@ class Simulator:
         own, front = (self._memory.of_agent(slot, at.POSITION, 2).T for slot in (agent, agent + 1))
         return front[0] - self.scenario.vehicle.length - own[0], own[1] - front[1]
 
+    def motion(self, slot: int) -> Floats:
+        """Return position [m], speed [m/s] and acceleration [m/s^2] of the vehicle in a slot, float64 [B, 3].
+
+        Slot 0 is the ego, slot k its k-th front vehicle. A vehicle that is not there is hundreds of kilometres away.
+        """
+        self._require_reset()
+        _require_index("slot", slot, self.scenario.num_vehicles + 1)
+        return self._memory.of_agent(slot, at.POSITION, 3)
+
+    @property
+    def lines(self) -> Floats:
+        """The positions of the egos' active stop-lines [m], float64 [B]; ``layout.FAR`` where there is none."""
+        self._require_reset()
+        return self._memory.of_agent(0, at.LINE, 1)[:, 0]
+
     def reset(self, seeds: ArrayLike) -> None:
         """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""
         self._keys[SEED] = _as_keys(seeds, self.num_rows)
@@ -222,10 +237,6 @@ class Simulator:
         picked = self._vehicles(row)[:-1, :3].copy()
         picked[picked[:, 0] > 0.5 * at.FAR] = np.nan
         return picked
-
-    def active_line(self, row: int) -> float:
-        """Return the position of the ego's active stop-line in one row, in metres; ``layout.FAR`` if there is none."""
-        return float(self._vehicles(row)[0, count_fields(at.LINE)])
 
     def profiles(self, row: int) -> list[dict[str, float | str]]:
         """Return the behaviour profiles of the front vehicles of one row, nearest first."""

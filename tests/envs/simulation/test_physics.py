@@ -143,7 +143,7 @@ def check_rewards(simulator: Simulator, before: NDArray[np.float64], live: NDArr
         facts = Facts(
             v_e=speed,
             j_e=(accel - before[row, 0, 2]) / scenario.dt,
-            d_d=min(simulator.active_line(row) - x, scenario.sensor.line_range),
+            d_d=min(simulator.lines[row] - x, scenario.sensor.line_range),
             d_f=np.inf if np.isnan(d_f) else max(d_f, 0.0),
             v_f=leader[1],
             outcome=Outcome(simulator.outcomes[row]),

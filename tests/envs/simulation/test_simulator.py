@@ -94,7 +94,7 @@ def mixed_actions(simulator: Simulator, steps: int) -> Iterator[NDArray[np.int64
 
 
 def check_row(simulator: Simulator, i: int, accel_before: float) -> None:
-    facts = facts_of(simulator, i, simulator.active_line(i), accel_before)
+    facts = facts_of(simulator, i, simulator.lines[i], accel_before)
     task, option, action = rewards(facts, simulator.scenario)
     close: dict[str, Any] = {"rtol": 1e-12, "atol": 1e-12}
     np.testing.assert_allclose(simulator.rewards[i], task, **close)
@@ -247,7 +247,7 @@ def test_the_unsafe_exponential_is_exact_to_the_last_bits() -> None:
     ("misuse", "words"),
     [
         (lambda s: s.vehicles(3), "row is 3; write an integer from 0 to 2"),
-        (lambda s: s.active_line(-1), "row is -1"),
+        (lambda s: s.motion(9), "slot is 9; write an integer from 0 to 5"),
         (lambda s: s.profiles(99), "row is 99"),
         (lambda s: s.key(-1), "row is -1"),
         (lambda s: s.of_agent(1), "agent is 1; write 0"),

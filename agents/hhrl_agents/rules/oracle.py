@@ -1,0 +1,152 @@
+"""The oracle: it knows how the scripted traffic will drive, and so what is possible in every single episode."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from hhrl_agents.agent import NO_OPTION, ClairvoyantAgent, Decision
+from hhrl_agents.rules.plans import Body, Caps, Goals, braking_reach, follow_rows, plan_rows
+from hhrl_envs import Goal, Scenario, Simulator
+from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
+from hhrl_envs.errors import InputError
+from hhrl_envs.scenario.scenario import GRAVITY
+
+COMFORTABLE = (-4.05, 2.40)
+"""The accelerations [m/s^2] that passengers take for comfortable, as nuPlan's closed-loop score bounds them."""
+
+TOLERANCES = (0.1, 0.01)
+"""How far beyond the near end of the stop zone plans aim, as shares of it.
+
+A wide aim takes fewer steps; a narrow one fits behind a front vehicle that stands in the zone itself.
+"""
+
+KEPT_GAP = 1.0  # m; how much more than the near end of the band the oracle keeps to whom it follows
+
+
+class Future(NamedTuple):
+    """What B worlds hold in store for their egos.
+
+    Attributes:
+        motions: position [m], speed [m/s] and acceleration [m/s^2] of the egos now, float64 [B, 3].
+        ceilings: the positions [m] that an ego may not reach after 0, 1, 2, ... steps, float64 [B, horizon + 1]: the
+            rear of its front vehicle, or the line while a light is red.
+    """
+
+    motions: Floats
+    ceilings: Floats
+
+
+class Plans(NamedTuple):
+    """What an ego that knows the future would do in B worlds.
+
+    Attributes:
+        steps: after how many steps it is at the goal, int64 [B]; 0 where it finds no way there in time.
+        actions: its levels, int8 [B, horizon].
+    """
+
+    steps: Ints
+    actions: Codes
+
+
+def foresee(simulator: Simulator) -> Future:
+    """Return the future of the worlds of a simulator, which stays as it is.
+
+    A copy of it is driven ahead with egos that brake: scripted vehicles do not react to the ego behind them.
+
+    Raises:
+        InputError: if front vehicles are agents, whose future nobody knows.
+    """
+    scenario, rows = simulator.scenario, simulator.num_rows
+    if simulator.num_agents > 1:
+        raise InputError(f"the oracle foresees scripted traffic alone; {scenario.id} has learned front vehicles")
+    ahead, brake = Simulator(scenario, rows), np.zeros(rows, np.int64)
+    ahead.restore(simulator.state())
+    ceilings = np.empty((scenario.horizon + 1, rows))
+    for ceiling in ceilings:
+        ceiling[:] = ahead.motion(1)[:, 0] - scenario.vehicle.length
+        if scenario.signal is not None:
+            np.minimum(ceiling, np.nextafter(ahead.lines, np.inf), out=ceiling)
+        ahead.step(brake)
+    return Future(simulator.motion(0), np.ascontiguousarray(ceilings.T))
+
+
+def quickest(future: Future, scenario: Scenario, weakest: float = -np.inf, strongest: float = np.inf) -> Plans:
+    """Return the quickest plans to the scenario's goal with the levels from ``weakest`` to ``strongest`` [m/s^2].
+
+    Where the goal is to follow, time is no matter: the plans keep near the front vehicle until the horizon.
+    """
+    levels, body = np.array(scenario.vehicle.levels), _body(scenario)
+    caps = _caps(levels, np.flatnonzero((levels >= weakest) & (levels <= strongest)), body)
+    if scenario.goal == Goal.FOLLOW:
+        plans = _all_braking(future, scenario, caps)
+        follow_rows(*future, scenario.band.low + KEPT_GAP, levels, caps, body, *plans)
+        return plans
+    road, passing = scenario.road, scenario.goal == Goal.PASS
+    ends, found = np.array([scenario.route_end] if passing else road.lines), []
+    for tolerance in TOLERANCES:
+        found.append(_all_braking(future, scenario, caps))
+        goals = Goals(road.stop_zone, road.stop_speed, tolerance * road.stop_zone, passing)
+        plan_rows(*future, ends, levels, caps, goals, body, *found[-1])
+    return quicker(*found)
+
+
+def quicker(*found: Plans) -> Plans:
+    """Return the plan of the fewest steps for each of B worlds, the first of equal ones."""
+    steps = np.stack([plans.steps for plans in found])
+    best = np.where(steps > 0, steps, np.iinfo(np.int64).max).argmin(axis=0)
+    rows = np.arange(steps.shape[1])
+    return Plans(steps[best, rows], np.stack([plans.actions for plans in found])[best, rows])
+
+
+def _all_braking(future: Future, scenario: Scenario, caps: Caps) -> Plans:
+    rows = len(future.motions)
+    return Plans(np.zeros(rows, np.int64), np.full((rows, scenario.horizon), caps.brake, np.int8))
+
+
+def _body(scenario: Scenario) -> Body:
+    vehicle, road, dt = scenario.vehicle, scenario.road, scenario.dt
+    gain, most = dt / (vehicle.lag + dt), vehicle.jerk_limit * dt
+    return Body(dt, gain, most, road.friction * GRAVITY, road.speed_limit)
+
+
+def _caps(levels: Floats, usable: Ints, body: Body) -> Caps:
+    brake, throttle = int(usable[0]), int(usable[-1])
+    return Caps(brake, throttle, braking_reach(levels[throttle], levels[brake], body))
+
+
+class Oracle:
+    """A `ClairvoyantAgent` that takes the quickest way to the goal with `COMFORTABLE` accelerations.
+
+    Where none of these leads there, it uses all that the vehicle can do.
+
+    Attributes:
+        fewest: the steps to the goal of the quickest way that the vehicle can take, int64 [B]; 0 where none was found.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario, self._step = scenario, 0
+        self.fewest, self._actions = np.zeros(0, np.int64), np.zeros((0, 0), np.int8)
+
+    def foresee(self, simulator: Simulator) -> None:
+        """Plan for all worlds; see `ClairvoyantAgent.foresee`."""
+        future = foresee(simulator)
+        hard, comfortable = (quickest(future, self._scenario, *bounds) for bounds in ((), COMFORTABLE))
+        self.fewest = quicker(hard, comfortable).steps
+        self._actions = np.where(comfortable.steps[:, None] > 0, comfortable.actions, hard.actions)
+        self._step = 0
+
+    def reset(self, mask: Flags) -> None:
+        """Do nothing: `foresee` has planned the whole episodes."""
+
+    def act(self, observations: Floats32) -> Decision:
+        """Return the planned actions of the next step, int64 [B]; see `Agent.act`."""
+        rows, last = len(observations), self._actions.shape[1] - 1
+        action = self._actions[:, min(self._step, last)].astype(np.int64)
+        self._step += 1
+        return Decision(np.full(rows, NO_OPTION, np.int64), action)
+
+
+ORACLES: Mapping[str, Callable[[Scenario], ClairvoyantAgent]] = MappingProxyType({"oracle": Oracle})
+"""The constructors of the clairvoyant agents by their ids."""

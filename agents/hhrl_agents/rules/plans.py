@@ -1,0 +1,199 @@
+"""Plans of an ego that knows how its front vehicle will drive, compiled.
+
+A plan brakes until a step, the launch, and stands where that takes longer; then it drives on as fast as its caps allow
+and stops at the near end of the stop zone. Of all trajectories that stop there at the same time, this one is the
+furthest behind at every time before: whoever brakes less at first, or drives on earlier, is ahead of it. So where it
+touches the front vehicle, all of them do, and a later launch is never further ahead. The earliest launch that touches
+nothing, found by bisection, therefore gives the quickest stop, but for the actuator's lag and for what steps of time
+and discrete levels leave no choice about.
+"""
+
+from typing import NamedTuple
+
+from hhrl_envs.arrays import Codes, Floats, Ints
+from hhrl_envs.simulation.dynamics import actuate
+from hhrl_envs.simulation.engine.compilation import inner, kernel
+
+HAIR = 1e-6  # m; more than rounding takes
+
+
+class Body(NamedTuple):
+    """How an ego moves: the simulator's numbers; see ``hhrl_envs.simulation.dynamics``."""
+
+    dt: float
+    gain: float
+    most: float
+    grip: float
+    limit: float
+
+
+class Caps(NamedTuple):
+    """The strongest levels that a plan uses, as indices, and the metres within which their brake always stops."""
+
+    brake: int
+    throttle: int
+    reach: float
+
+
+class Goals(NamedTuple):
+    """How a leg of a plan ends: in a stop within ``zone`` metres before its line, below ``slow`` m/s.
+
+    The plan aims at most ``tolerance`` metres beyond the near end of that zone. If ``passing``, the last leg ends
+    beyond its line instead, at any speed.
+    """
+
+    zone: float
+    slow: float
+    tolerance: float
+    passing: bool
+
+
+Motion = tuple[float, float, float]
+"""Position [m], speed [m/s] and acceleration [m/s^2]."""
+
+
+@inner
+def drive(motion: Motion, target: float, body: Body) -> Motion:
+    """Return the motion a step later, with this target acceleration."""
+    x, speed, accel = motion
+    wanted = actuate(accel, target, body.gain, body.most, body.grip)
+    moved = min(max(speed + wanted * body.dt, 0.0), body.limit)
+    return x + 0.5 * (speed + moved) * body.dt, moved, (moved - speed) / body.dt
+
+
+@inner
+def stop(motion: Motion, brake: float, body: Body) -> float:
+    """Return the position at which an ego that brakes from now on stands."""
+    while motion[1] > 0.0:
+        motion = drive(motion, brake, body)
+    return motion[0]
+
+
+@kernel
+def braking_reach(accel: float, brake: float, body: Body) -> float:
+    """Return the metres that an ego at the speed limit, with this acceleration, takes to stop."""
+    return stop((0.0, body.limit, accel), brake, body)
+
+
+@inner
+def approach(motion: Motion, line: float, levels: Floats, caps: Caps, goals: Goals, body: Body) -> int:
+    """Return the level that stops an ego soonest before a line.
+
+    It is the brake once that stops within the zone; until then the highest level after which it still can.
+    """
+    brake, near = levels[caps.brake], line - goals.zone + HAIR
+    if motion[0] + caps.reach >= near and stop(motion, brake, body) >= near:
+        return caps.brake
+    aim = near + goals.tolerance
+    for level in range(caps.throttle, caps.brake, -1):
+        moved = drive(motion, levels[level], body)
+        if moved[0] + caps.reach <= aim or stop(moved, brake, body) <= aim:
+            return level
+    return caps.brake
+
+
+@inner
+def launch_at(
+    launch: int, first: int, motion: Motion, line: float, passing: bool, ceiling: Floats, levels: Floats, caps: Caps,
+    goals: Goals, body: Body, actions: Codes,
+) -> tuple[int, Motion]:  # fmt: skip
+    """Drive to a line from the step ``first`` on, braking until ``launch``, and write the actions.
+
+    Return the number of steps done in all, and the motion at the end. It is -1 where the ego comes to the ``ceiling``,
+    the positions that it may not reach, float64 [horizon + 1], and horizon + 1 where the time is over before.
+    """
+    t, horizon = first, actions.size
+    while t < horizon:
+        if t < launch and motion[1] == 0.0 and motion[2] == 0.0:
+            standing = min(launch, horizon)
+            actions[t:standing] = caps.brake
+            t = standing
+            continue
+        action = caps.brake
+        if t >= launch:
+            action = caps.throttle if passing else approach(motion, line, levels, caps, goals, body)
+        actions[t] = action
+        motion = drive(motion, levels[action], body)
+        t += 1
+        if motion[0] >= ceiling[t]:
+            return -1, motion
+        stopped = line - goals.zone <= motion[0] <= line and motion[1] < goals.slow
+        if motion[0] > line if passing else stopped:
+            return t, motion
+    return horizon + 1, motion
+
+
+@inner
+def leg(
+    first: int, motion: Motion, line: float, passing: bool, ceiling: Floats, levels: Floats, caps: Caps, goals: Goals,
+    body: Body, actions: Codes,
+) -> tuple[int, Motion]:  # fmt: skip
+    """Drive to a line as `launch_at` does, with the earliest launch that does not come to the ceiling."""
+    too_early, early_enough = first - 1, actions.size
+    launch = first
+    while early_enough - too_early > 1:
+        done, _ = launch_at(launch, first, motion, line, passing, ceiling, levels, caps, goals, body, actions)
+        if done < 0:
+            too_early = launch
+        else:
+            early_enough = launch
+        launch = (too_early + early_enough) // 2
+    return launch_at(early_enough, first, motion, line, passing, ceiling, levels, caps, goals, body, actions)
+
+
+@kernel
+def plan_rows(
+    motions: Floats, ceilings: Floats, lines: Floats, levels: Floats, caps: Caps, goals: Goals, body: Body,
+    steps: Ints, actions: Codes,
+) -> None:  # fmt: skip
+    """Plan the quickest way along all ``lines`` for every row of ``motions``, float64 [B, 3].
+
+    ``ceilings``, float64 [B, horizon + 1], are the positions that an ego may not reach. ``steps``, int64 [B], becomes
+    the steps until the end, or 0 where no plan comes there in time; ``actions``, int8 [B, horizon], the levels.
+    """
+    for row in range(steps.size):
+        motion, done = (motions[row, 0], motions[row, 1], motions[row, 2]), 0
+        for place in range(lines.size):
+            if 0 <= done <= actions.shape[1]:
+                passing = goals.passing and place == lines.size - 1
+                done, motion = leg(
+                    done, motion, lines[place], passing, ceilings[row], levels, caps, goals, body, actions[row]
+                )
+        steps[row] = done if 0 < done <= actions.shape[1] else 0
+
+
+@inner
+def stays_behind(motion: Motion, t: int, gap: float, ceiling: Floats, brake: float, body: Body) -> bool:
+    """Return whether an ego that brakes from the step ``t`` on stands without coming within ``gap`` of the ceiling."""
+    while t < ceiling.size and motion[0] + gap < ceiling[t]:
+        if motion[1] == 0.0:
+            return True
+        motion = drive(motion, brake, body)
+        t += 1
+    return t == ceiling.size
+
+
+@kernel
+def follow_rows(
+    motions: Floats, ceilings: Floats, gap: float, levels: Floats, caps: Caps, body: Body, steps: Ints, actions: Codes
+) -> None:
+    """Plan to drive up to ``gap`` metres below the ceilings and keep there until the horizon; see `plan_rows`.
+
+    Every step takes the highest level after which braking still keeps the gap. A plan that comes to a ceiling all the
+    same has 0 ``steps``.
+    """
+    for row in range(steps.size):
+        motion = (motions[row, 0], motions[row, 1], motions[row, 2])
+        steps[row] = actions.shape[1]
+        for t in range(actions.shape[1]):
+            chosen = caps.brake
+            for level in range(caps.throttle, caps.brake, -1):
+                moved = drive(motion, levels[level], body)
+                if stays_behind(moved, t + 1, gap, ceilings[row], levels[caps.brake], body):
+                    chosen = level
+                    break
+            actions[row, t] = chosen
+            motion = drive(motion, levels[chosen], body)
+            if motion[0] >= ceilings[row, t + 1]:
+                steps[row] = 0
+                break
