@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.tasks.seeds import SeedRange, consecutive_ranges
 from hhrl_envs import SCENARIOS, Scenario
+from hhrl_envs.errors import unknown
 
 TRAIN, VALIDATION, TEST = consecutive_ranges("train", "validation", "test")
 
@@ -108,4 +109,4 @@ def get_task(task: str | Task) -> Task:
     try:
         return TASKS[task]
     except KeyError:
-        raise UnknownTaskError(f"unknown task {task!r}; known tasks: {', '.join(TASKS)}") from None
+        raise UnknownTaskError(unknown("task", task, TASKS, "known tasks")) from None

@@ -32,7 +32,7 @@ from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Keys
-from hhrl_envs.errors import require, require_value
+from hhrl_envs.errors import require, require_value, unknown
 
 if TYPE_CHECKING:
     from hhrl_bench.training.tensorboard import EventFiles
@@ -114,7 +114,7 @@ def get_method(name: str) -> Method:
         AgentError: naming the known ids.
     """
     if name not in METHODS:
-        raise AgentError(f"unknown method {name!r}; write one of: {', '.join(METHODS)}")
+        raise AgentError(unknown("method", name, METHODS))
     return METHODS[name]
 
 
