@@ -1,7 +1,5 @@
 """Errors that name a bad input in one line."""
 
-from collections.abc import Iterable
-from difflib import get_close_matches
 from importlib.util import find_spec
 
 _LONGEST = 1000
@@ -20,17 +18,6 @@ def one_line(text: str) -> str:
     line = " ".join(map(str.strip, text.splitlines()))
     line = "".join(char if char.isprintable() else ascii(char)[1:-1] for char in line)
     return line if len(line) <= _LONGEST else line[: _LONGEST - 3] + "..."
-
-
-def unknown(what: str, name: str, known: Iterable[str], write: str = "write one of") -> str:
-    """Return the line that says that a name is not known: the one that was likely meant, and all that there are.
-
-    what: the kind of thing; write: what stands before the known names.
-    """
-    names = list(known)
-    near = get_close_matches(str(name).replace("_", "-").lower(), names, n=1)
-    likely = f", did you mean {near[0]}" if near else ""
-    return f"unknown {what} {name!r}{likely}; {write}: {', '.join(names)}"
 
 
 class UnknownScenarioError(InputError, KeyError):

@@ -18,8 +18,8 @@ from hhrl_bench.evaluation.records import TrainingRecord
 from hhrl_bench.isolation.agent_process import AgentProcess
 from hhrl_bench.schema import first_problem
 from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.text import meant
 from hhrl_envs import Scenario, get_scenario
-from hhrl_envs.errors import unknown
 
 Kind = Literal["rule", "learned", "factory"]
 
@@ -80,8 +80,11 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
         return [_load_checkpoint(path, scenario)]
     if path.suffix == ".py":
         raise AgentError(f"{name!r} is a file of Python; write module:factory, such as {path.stem}:make_agent")
-    write = "write a checkpoint file, a run directory, module:factory, or one of"
-    raise AgentError(unknown("agent", name, [*RULES, *shipped_methods()], write))
+    known = [*RULES, *shipped_methods()]
+    raise AgentError(
+        f"unknown agent {name!r}{meant(name, known)}; write a checkpoint file, a run directory, module:factory, "
+        f"or one of: {', '.join(known)}"
+    )
 
 
 def _names_factory(name: str) -> bool:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.tasks.seeds import SeedRange, consecutive_ranges
+from hhrl_bench.text import meant
 from hhrl_envs import SCENARIOS, Scenario
-from hhrl_envs.errors import unknown
 
 TRAIN, VALIDATION, TEST = consecutive_ranges("train", "validation", "test")
 
@@ -109,4 +109,4 @@ def get_task(task: str | Task) -> Task:
     try:
         return TASKS[task]
     except KeyError:
-        raise UnknownTaskError(unknown("task", task, TASKS, "known tasks")) from None
+        raise UnknownTaskError(f"unknown task {task!r}{meant(task, TASKS)}; known tasks: {', '.join(TASKS)}") from None

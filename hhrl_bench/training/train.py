@@ -30,9 +30,10 @@ from hhrl_bench.tasks.tasks import Task
 from hhrl_bench.training.reuse import Reuse
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState
+from hhrl_bench.text import meant
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Keys
-from hhrl_envs.errors import require, require_value, unknown
+from hhrl_envs.errors import require, require_value
 
 if TYPE_CHECKING:
     from hhrl_bench.training.tensorboard import EventFiles
@@ -114,7 +115,7 @@ def get_method(name: str) -> Method:
         AgentError: naming the known ids.
     """
     if name not in METHODS:
-        raise AgentError(unknown("method", name, METHODS))
+        raise AgentError(f"unknown method {name!r}{meant(name, METHODS)}; write one of: {', '.join(METHODS)}")
     return METHODS[name]
 
 

@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from math import inf
 from types import MappingProxyType
 
-from hhrl_envs.errors import InputError, UnknownScenarioError, require_value, unknown
+from hhrl_envs.errors import InputError, UnknownScenarioError, require_value
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.scenario.validation import is_integer
 
 
 class _ById(dict[str, Scenario]):
     def __missing__(self, scenario_id: str) -> Scenario:
-        raise UnknownScenarioError(unknown("scenario", scenario_id, self))
+        raise UnknownScenarioError(f"unknown scenario {scenario_id!r}; write one of: {', '.join(self)}")
 
 
 _by_id = _ById()
