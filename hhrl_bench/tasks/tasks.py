@@ -1,6 +1,6 @@
 """Tasks: a scenario with a training budget and the seeds of its worlds, as data under versioned ids."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from hhrl_bench.errors import UnknownTaskError
@@ -110,3 +110,16 @@ def get_task(task: str | Task) -> Task:
         return TASKS[task]
     except KeyError:
         raise UnknownTaskError(f"unknown task {task!r}{meant(task, TASKS)}; known tasks: {', '.join(TASKS)}") from None
+
+
+def distinct_tasks(names: Sequence[str]) -> list[Task]:
+    """Return the tasks of these names.
+
+    Raises:
+        InputError: in one line, for a name of no task, or a task that is named twice.
+    """
+    tasks = [get_task(name) for name in names]
+    for place, task in enumerate(tasks):
+        if task in tasks[:place]:
+            raise UnknownTaskError(f"task {task.id!r} is named twice; name each task once")
+    return tasks
