@@ -28,7 +28,7 @@ _FIT = TerminalFit("first", name_widths=(NAME_WIDTH, 12), wider=("95% intervals"
 
 
 def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, seeds: bool = False) -> Table:
-    """Return the results on a task: the columns of Table I, those of further metrics, the paper's rows below.
+    """Return the results on a task: the columns of Table I, those of further metrics; in its world its rows below.
 
     seeds: whether the last column counts the training seeds.
     """
@@ -38,7 +38,7 @@ def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, seeds: b
         for result in results
     )
     groups = [Group("", rows)]
-    if task.id in paper_table.TABLE_I_TASKS:
+    if task.id == paper_table.TABLE_I_TASK:
         blank = (Cell(),) * len(last)
         printed = (
             Row(row.policy, (*(paper_cell(metric, row) for metric in metrics), *blank)) for row in paper_table.TABLE_I
@@ -90,7 +90,7 @@ def paper_cell(metric: Metric, row: PaperRow) -> Cell:
 def _notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
     """Return what to know of the results of a task, a sentence or two a line."""
     lines = [Note(_meaning(results), "Means an episode.")]
-    if task.id in paper_table.TABLE_I_TASKS:
+    if task.id == paper_table.TABLE_I_TASK:
         source = f"The paper's rows: Table I, {CASES} cases"
         lines.append(Note(f"{source}, Wilson.", f"{source}."))
     lines += [Note(note) for result in results for note in _of_agent(task, result)]
