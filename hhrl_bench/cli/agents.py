@@ -70,16 +70,28 @@ def train(
     env_steps: Annotated[
         int | None, typer.Option(min=1, help="Steps for each seed.", show_default="the task's budget")
     ] = None,
+    schedule_steps: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Steps over which exploration and learning rate change; as they are then, they stay.",
+            show_default="the steps for each seed",
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="runs/METHOD/TASK")] = None,
     engine: Annotated[str, typer.Option(help="What computes: compiled, or torch, the reference.")] = "compiled",
     device: Annotated[str, typer.Option(help="Where torch computes, cpu or cuda.")] = "cpu",
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with a training that was stopped.")] = False,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Go on with a training that was stopped, or has ended after fewer --env-steps."),
+    ] = False,
     tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write TensorBoard event files too.")] = False,
 ) -> None:
     """Train a method; keep each seed's best policy on validation episodes, and its last; exit code 1 if one fails."""
     from hhrl_bench.tasks.seeds import parse_seeds
     from hhrl_bench.tasks.tasks import get_task
     from hhrl_bench.training import train as training
+    from hhrl_bench.training.extension import extends, with_span_of
     from hhrl_bench.training.run_directory import RunDirectory
 
     announce_compiling()
@@ -87,12 +99,20 @@ def train(
     folder = out or Path("runs") / method / chosen.id
     budget = env_steps or chosen.env_steps
     plan = training.Plan(
-        training.get_method(method), chosen, parse_seeds(seeds), budget, folder, engine=engine, device=device
+        training.get_method(method),
+        chosen,
+        parse_seeds(seeds),
+        budget,
+        folder,
+        engine=engine,
+        device=device,
+        schedule_steps=schedule_steps,
     )
-    finished = resume and RunDirectory(folder).finished(plan.seeds)
+    plan = with_span_of(plan, RunDirectory(folder)) if resume else plan
+    finished = resume and RunDirectory(folder).finished(plan.seeds) and not extends(plan, RunDirectory(folder))
     advise("the same command with --resume goes on from the last saved state")
     with progress(f"{method}, seeds {seeds}") as update:
-        for report in training.train(plan, resume=resume, tensorboard=tensorboard):
+        for report in training.train(plan, resume=resume, extendable=True, tensorboard=tensorboard):
             update(report.env_steps, plan.env_steps, report.note)
     if finished:
         typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)

@@ -135,7 +135,7 @@ def _meaning(results: Sequence[ResultRecord]) -> str:
 
 
 def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
-    """Return who drives the other vehicles, and each agent's success in the episodes that were feasible."""
+    """Return who drives the other vehicles, how many episodes were feasible, and how many of those succeeded."""
     said = ["One policy drives all vehicles; success: all of them stopped."] if task.shared else []
     known = TASKS.get(task.id)
     if task.opponent:
@@ -144,8 +144,8 @@ def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
         said.append("The front vehicle is scripted.")
     shares = [(result.agent, result.traffic) for result in results if result.traffic]
     return said + [
-        f"{agent}: {percent(traffic.feasible)} of the episodes feasible, success there "
-        f"{percent(traffic.success_feasible)}."
+        f"{agent}: {percent(traffic.feasible)} of the episodes were feasible, and {percent(traffic.success_feasible)} "
+        "of those succeeded."
         for agent, traffic in shares
     ]
 
