@@ -130,7 +130,9 @@ def evaluate(
     opponent: OpponentOption = None,
     per_episode: Annotated[
         Path | None,
-        typer.Option("--per-episode", metavar="FILE", help="Write every episode to a .csv or .jsonl file, a line each."),
+        typer.Option(
+            "--per-episode", metavar="FILE", help="Write every episode to a .csv or .jsonl file, a line each."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -158,7 +160,9 @@ def evaluate(
     scored = [(name, record, timed) for name, record, (timed, _) in zip(named, records, each, strict=True) if timed]
     if as_json:
         commands = [_evaluate_command(agents, name, episodes, held, opponent) for name, _, _ in scored]
-        made = [evaluation_record(record, timed, said) for (_, record, timed), said in zip(scored, commands, strict=True)]
+        made = [
+            evaluation_record(record, timed, said) for (_, record, timed), said in zip(scored, commands, strict=True)
+        ]
         _print_evaluations(made, alone=len(chosen) == 1)
     else:
         _print_results([results_table(record, [one.result for one in timed]) for _, record, timed in scored])
@@ -228,7 +232,8 @@ def export(
         raise AgentError(f"agent {agent!r} has no networks to write; name a learned one")
     from hhrl_agents.reference.onnx import export_onnx
 
-    parity = export_onnx(loaded, onnx)
+    with progress(f"{agent} to {onnx.name}"):
+        parity = export_onnx(loaded, onnx)
     levels, seed = " and ".join(loaded.method.levels), loaded.metadata["seed"]
     typer.echo(f"{onnx}: {levels} values of {loaded.method.id}, training seed {seed}")
     typer.echo(

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
+from hhrl_bench.evaluation.episodes import TrafficRecords
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.metrics import METRICS
-from hhrl_bench.evaluation.episodes import TrafficRecords
 from hhrl_bench.evaluation.paired_evaluation import BATCH_ROWS, ScoredEpisodes, batches
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.tasks import Task

@@ -66,8 +66,8 @@ def extend(plan: "Plan", directory: RunDirectory) -> None:
     held, unfinished = directory.config(), directory.state(plan.seeds)
     if unfinished.exists() and not StateFile(unfinished, plan.config()).holds(plan.seeds):
         raise OutputError(
-            f"cannot extend {directory.folder}: its training is not finished; finish it first, by the same command with "
-            f"--env-steps {held['env_steps']}"
+            f"cannot extend {directory.folder}: its training is not finished; finish it first, by the same command "
+            f"with --env-steps {held['env_steps']}"
         )
     states = [_end_state(directory, held, plan, seed) for seed in plan.seeds]
     joined: dict[str, Any] = {}

@@ -3,8 +3,8 @@
 ``config.json`` says what is trained, the same for all seeds in the directory. Seed k has ``curve-seed-k.jsonl``, one
 line a report, ``seed-k.safetensors`` (best on validation episodes so far) and, once its training has ended,
 ``seed-k.final.safetensors``; a seed that diverged has ``seed-k.failed.json`` in their place. As long as seeds are being
-trained there is their ``state-seeds-*.safetensors``, from which ``--resume`` goes on; what ``train`` leaves of seed k in
-``end-state-seed-k.safetensors`` is what a longer training goes on from. The process that trains seed k holds the lock of
+trained there is their ``state-seeds-*.safetensors``, from which ``--resume`` goes on. A longer training goes on from
+``end-state-seed-k.safetensors``, which ``train`` leaves. The process that trains seed k holds the lock of
 ``seed-k.lock``.
 """
 
@@ -18,7 +18,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hhrl_agents.atomic_files import OutputError, remove_fragments, require_writable, write_atomically
+from hhrl_agents.atomic_files import (
+    OutputError,
+    made_folder,
+    remove_fragments,
+    require_writable,
+    write_atomically,
+)
 from hhrl_bench.locks import locked
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.tasks.seeds import format_seeds, parse_seeds
@@ -98,6 +104,7 @@ class RunDirectory:
         """
         require_writable(self._config)
         with ExitStack() as stack:
+            stack.enter_context(made_folder(self.folder))
             for seed in sorted(seeds):
                 busy = (
                     f"another training of seed {seed} works in {self.folder}; wait until it has ended, or name another "

@@ -27,11 +27,11 @@ from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.tasks.tasks import Task
+from hhrl_bench.text import meant
 from hhrl_bench.training.extension import extend, extends
 from hhrl_bench.training.reuse import Reuse
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState
-from hhrl_bench.text import meant
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Keys
 from hhrl_envs.errors import require, require_value
@@ -296,7 +296,6 @@ class _Training:
         if self._events:
             self._events.close()
         self._state_path.unlink()
-
 
     def _date_best(self, run: SeedRun) -> None:
         """Let the chosen checkpoint of an extended training say of its training what all of them say."""

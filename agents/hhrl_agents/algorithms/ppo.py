@@ -57,7 +57,9 @@ class PPOLearner(Learner):
         """Take one rollout, the last one as short as the budget asks for, and its updates; see `Learner._advance`."""
         config = self.config
         steps = min(config.rollout_steps, ceil((env_steps - self.env_steps) / config.n_envs))
-        learning_rate = config.learning_rate_at(1.0 - ceil((span - self.env_steps) / config.n_envs) * config.n_envs / span)
+        learning_rate = config.learning_rate_at(
+            1.0 - ceil((span - self.env_steps) / config.n_envs) * config.n_envs / span
+        )
         self._add_losses(self._trained.advance(steps, learning_rate))
         self.env_steps += steps * config.n_envs
         self.updates += config.epochs * ceil(steps * config.n_envs / config.batch_size)

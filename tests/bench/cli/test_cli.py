@@ -123,7 +123,9 @@ def test_several_tasks_are_scored_each_as_it_is_alone() -> None:
     assert said.count("\nrule-2 ") == 2
 
 
-def test_an_agent_that_fails_on_one_task_leaves_the_other_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_agent_that_fails_on_one_task_leaves_the_other_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("dry.py").write_text(DRY)
     words = ("--task", "stop-line-wet-v0", "--task", "stop-line-v0", "--episodes", "2")

@@ -43,9 +43,7 @@ def test_success_behind_an_opponent_is_what_it_is_everywhere_the_share_of_all_ep
     behind = first.model_copy(update={"traffic": TrafficRecord(**shares)})
     opponent = OpponentRecord(agent="adversary", checkpoint_sha256=None)
     played = task.model_copy(update={"opponent": opponent})
-    board = board.model_copy(
-        update={"tasks": (played, *board.tasks[1:]), "results": (behind, *board.results[1:])}
-    )
+    board = board.model_copy(update={"tasks": (played, *board.tasks[1:]), "results": (behind, *board.results[1:])})
     table = success_table(board.tasks, [board])
     column = results_table(played, [behind])
     (place,) = (place for place, one in enumerate(column.columns) if one.line == "success")

@@ -34,7 +34,9 @@ def trained(folder: Path, *words: str, method: str = "ddqn", seeds: str = "0,2",
 def refused(folder: Path, *words: str, seeds: str = "0,2", steps: int = LONGER) -> str:
     """Return the line of an extension that is refused, and leaves the folder as it is."""
     before = contents(folder)
-    said = invoke("train", "ddqn", "--seeds", seeds, "--env-steps", str(steps), "--out", str(folder), "--resume", *words)
+    said = invoke(
+        "train", "ddqn", "--seeds", seeds, "--env-steps", str(steps), "--out", str(folder), "--resume", *words
+    )
     assert (said.exit_code, said.stdout) == (2, ""), said.stderr
     assert contents(folder) == before
     return said.stderr.splitlines()[-1]
@@ -63,7 +65,7 @@ def copied(folder: Path, to: Path) -> Path:
 def test_it_leaves_the_files_of_a_training_that_was_longer_from_the_start(tmp_path: Path, method: str) -> None:
     trained(tmp_path / "whole", "--schedule-steps", str(STEPS), method=method, steps=LONGER)
     trained(tmp_path / "extended", method=method)
-    assert KEPT <= {path.name for path in (tmp_path / "extended").iterdir()}
+    assert {path.name for path in (tmp_path / "extended").iterdir()} >= KEPT
     trained(tmp_path / "extended", "--resume", method=method, steps=LONGER)
     assert policies(tmp_path / "extended") == policies(tmp_path / "whole")
     (one, _) = load_agents(tmp_path / "extended", get_scenario("stop-line-v0"))
