@@ -1,8 +1,10 @@
 """The harness of hhrl-bench: tasks, evaluation, training, leaderboards and the command line."""
 
-from typing import TYPE_CHECKING, Any
+TYPE_CHECKING = False  # importing typing would take longer than all until the command line heeds Ctrl-C
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from hhrl_bench.evaluation.loading import load_agent
     from hhrl_bench.evaluation.metrics import Least, Metric, Sum, register_metric
     from hhrl_bench.evaluation.paired_evaluation import evaluate
@@ -21,7 +23,7 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     if name == "__version__":
         return _version()
     if name not in _HOMES:

@@ -35,5 +35,9 @@ class CurveError(InputError):
     """Learning curves that are none, or that cannot be compared."""
 
 
+class LostWorkerError(InputError):
+    """A process of a command's own that has ended before its work."""
+
+
 class ClusterError(InputError):
     """A cluster that does not answer, or a node that is not as the others are."""

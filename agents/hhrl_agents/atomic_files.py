@@ -7,9 +7,12 @@ reads and which the next process that writes in the folder removes once it is ol
 import re
 import secrets
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from hhrl_envs.errors import InputError
 
@@ -26,23 +29,31 @@ class OutputError(InputError):
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write ``content`` to a temporary name in the same folder, then put it in the place of ``path``.
 
+    The folder is made if need be.
+
     Raises:
-        OutputError: if it cannot be written; what stood at ``path`` is then still there.
+        OutputError: if it cannot be written; what stood at ``path`` is then still there, and no folder is left.
     """
     _sweep(path.parent)
     temporary = _temporary(path)
     try:
-        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
-        temporary.replace(path)
+        with made_folder(path.parent):
+            _replace(path, temporary, content.encode() if isinstance(content, str) else content)
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
+
+
+def _replace(path: Path, temporary: Path, content: bytes) -> None:
+    try:
+        temporary.write_bytes(content)
+        temporary.replace(path)
     finally:
         with suppress(OSError):
             temporary.unlink()  # there is none any more unless it could not be written, or an interrupt came
 
 
 def require_writable(path: Path) -> None:
-    """Make the folder of ``path`` and check that a file can be written there.
+    """Check that a file can be written at ``path``, whose folder may yet have to be made; nothing is left there.
 
     Raises:
         OutputError: if it cannot, or ``path`` is something other than a file.
@@ -51,11 +62,33 @@ def require_writable(path: Path) -> None:
         raise OutputError(f"cannot write {path}: it is not a file; name a file")
     probe = _temporary(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
+        with made_folder(path.parent):
+            probe.touch()
+            probe.unlink()
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}; name another path") from error
+
+
+@contextmanager
+def made_folder(folder: Path) -> Iterator[None]:
+    """Make a folder for this context; of those that had to be made, the ones that are empty at its end are removed."""
+    missing = list(takewhile(lambda one: not one.exists(), (folder, *folder.parents)))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    finally:
+        with suppress(OSError):  # it is not empty
+            for one in missing:
+                one.rmdir()
+
+
+@contextmanager
+def filled_folder(folder: Path) -> Iterator[Path]:
+    """Return a context with a folder to write into; its files come into ``folder`` at its end, or not at all."""
+    with made_folder(folder), TemporaryDirectory(prefix=".new-", dir=folder) as new:
+        yield Path(new)
+        for path in sorted(Path(new).iterdir()):
+            path.replace(folder / path.name)
 
 
 def is_fragment(path: Path) -> bool:

@@ -5,13 +5,13 @@ from hhrl_bench.analysis.levels import level_rewards, option_usage
 from hhrl_bench.analysis.records import AnalysisRecord
 from hhrl_bench.analysis.steps import record_steps
 from hhrl_bench.evaluation.loading import load_agents
-from hhrl_bench.evaluation.results import task_record
+from hhrl_bench.evaluation.results import Update, silent, task_record
 from hhrl_bench.schema import SCHEMA_VERSION
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import get_scenario
 
 
-def analyse(source: str, task: str | Task, episodes: int, episode: int = 0) -> AnalysisRecord:
+def analyse(source: str, task: str | Task, episodes: int, episode: int = 0, update: Update = silent) -> AnalysisRecord:
     """Return the analysis of the agent that ``source`` names; of several training seeds, of the lowest.
 
     Args:
@@ -19,6 +19,7 @@ def analyse(source: str, task: str | Task, episodes: int, episode: int = 0) -> A
         task: a task or its id.
         episodes: how many test episodes option usage and rewards are counted over.
         episode: the test episode that is shown step by step.
+        update: hears how many of the episodes are counted.
 
     Raises:
         InputError: in one line, for anything that cannot be loaded or run.
@@ -27,7 +28,7 @@ def analyse(source: str, task: str | Task, episodes: int, episode: int = 0) -> A
     scenario = get_scenario(task.scenario)
     with load_agents(source, scenario)[0] as loaded:
         trace = attention_over_episode(loaded.agent, task, episode)
-        steps = record_steps(loaded.agent, task, episodes)
+        steps = record_steps(loaded.agent, task, episodes, update)
         return AnalysisRecord(
             schema_version=SCHEMA_VERSION,
             agent=source,

@@ -8,6 +8,7 @@ from hhrl_agents import Agent
 from hhrl_bench.errors import SeedError, UnknownTaskError
 from hhrl_bench.evaluation.metrics import of_selected
 from hhrl_bench.evaluation.paired_evaluation import BATCH_ROWS, batches, rollout_of_episode
+from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.tasks.tasks import Task, get_task
 from hhrl_envs import Outcome, get_scenario
@@ -55,8 +56,10 @@ class Steps:
         return sums
 
 
-def record_steps(agent: Agent, task: str | Task, episodes: int) -> Steps:
+def record_steps(agent: Agent, task: str | Task, episodes: int, update: Update = silent) -> Steps:
     """Return the steps of the first ``episodes`` test episodes, the same to the last bit as the evaluation's.
+
+    ``update`` hears how many of them are done, batch by batch.
 
     Raises:
         InputError: for an unknown task, an agent that answers nonsense, or episodes other than 1 to 10,000.
@@ -68,6 +71,7 @@ def record_steps(agent: Agent, task: str | Task, episodes: int) -> Steps:
     for number, batch in enumerate(batches(seeds)):
         wanted = np.arange(BATCH_ROWS) < episodes - number * BATCH_ROWS
         parts.append(_steps(Rollout(agent, scenario, batch), wanted))
+        update(min((number + 1) * BATCH_ROWS, episodes), episodes, "")
     return _join(parts)
 
 

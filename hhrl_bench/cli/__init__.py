@@ -1,6 +1,12 @@
 """The command line ``hhrl-bench``: every command brings in what does its work when it is run, not before."""
 
-from hhrl_bench.cli.interrupts import leave_on_interrupt
+import os
+
+try:
+    from hhrl_bench.cli.interrupts import leave_on_interrupt
+except KeyboardInterrupt:  # Ctrl-C, before there is anything that heeds it
+    os.write(2, b"hhrl-bench: interrupted; what was not finished was not written\n")
+    os._exit(130)
 
 __all__ = ["main"]
 

@@ -5,6 +5,7 @@ import shlex
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,13 +14,24 @@ import typer
 
 from hhrl_bench.cli.console import announce_compiling, console, progress
 from hhrl_bench.cli.interrupts import advise
-from hhrl_bench.cli.options import AgentArgument, AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
+from hhrl_bench.cli.options import (
+    AgentArgument,
+    AgentsArgument,
+    HeldOption,
+    JsonOption,
+    OpponentOption,
+    TaskOption,
+    TasksOption,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from hhrl_bench.evaluation.records import TimedResult
+    from hhrl_bench.errors import FailedAgentError
+    from hhrl_bench.evaluation.per_episode import EpisodeFile
+    from hhrl_bench.evaluation.records import EvaluationRecord, TimedResult
     from hhrl_bench.schema import OptionName
+    from hhrl_bench.tables.table import Table as Results
     from hhrl_bench.tasks.tasks import Task
 
 agents_app = typer.Typer()
@@ -58,16 +70,28 @@ def train(
     env_steps: Annotated[
         int | None, typer.Option(min=1, help="Steps for each seed.", show_default="the task's budget")
     ] = None,
+    schedule_steps: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Steps over which exploration and learning rate change; as they are then, they stay.",
+            show_default="the steps for each seed",
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="runs/METHOD/TASK")] = None,
     engine: Annotated[str, typer.Option(help="What computes: compiled, or torch, the reference.")] = "compiled",
     device: Annotated[str, typer.Option(help="Where torch computes, cpu or cuda.")] = "cpu",
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with a training that was stopped.")] = False,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Go on with a training that was stopped, or has ended after fewer --env-steps."),
+    ] = False,
     tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write TensorBoard event files too.")] = False,
 ) -> None:
     """Train a method; keep each seed's best policy on validation episodes, and its last; exit code 1 if one fails."""
     from hhrl_bench.tasks.seeds import parse_seeds
     from hhrl_bench.tasks.tasks import get_task
     from hhrl_bench.training import train as training
+    from hhrl_bench.training.extension import extends, with_span_of
     from hhrl_bench.training.run_directory import RunDirectory
 
     announce_compiling()
@@ -75,12 +99,20 @@ def train(
     folder = out or Path("runs") / method / chosen.id
     budget = env_steps or chosen.env_steps
     plan = training.Plan(
-        training.get_method(method), chosen, parse_seeds(seeds), budget, folder, engine=engine, device=device
+        training.get_method(method),
+        chosen,
+        parse_seeds(seeds),
+        budget,
+        folder,
+        engine=engine,
+        device=device,
+        schedule_steps=schedule_steps,
     )
-    finished = resume and RunDirectory(folder).finished(plan.seeds)
+    plan = with_span_of(plan, RunDirectory(folder)) if resume else plan
+    finished = resume and RunDirectory(folder).finished(plan.seeds) and not extends(plan, RunDirectory(folder))
     advise("the same command with --resume goes on from the last saved state")
     with progress(f"{method}, seeds {seeds}") as update:
-        for report in training.train(plan, resume=resume, tensorboard=tensorboard):
+        for report in training.train(plan, resume=resume, extendable=True, tensorboard=tensorboard):
             update(report.env_steps, plan.env_steps, report.note)
     if finished:
         typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
@@ -92,34 +124,69 @@ def train(
 @agents_app.command()
 def evaluate(
     agents: AgentsArgument,
-    task: TaskOption = "stop-line-v0",
-    episodes: Annotated[int, typer.Option(help="How many test episodes.")] = 1000,
+    tasks: TasksOption = None,
+    episodes: Annotated[int, typer.Option(help="How many test episodes of each task.")] = 1000,
     option: HeldOption = None,
     opponent: OpponentOption = None,
+    per_episode: Annotated[
+        Path | None,
+        typer.Option(
+            "--per-episode", metavar="FILE", help="Write every episode to a .csv or .jsonl file, a line each."
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Score one agent or several on a task's test episodes, the same worlds for every agent."""
+    """Score one agent or several on the test episodes of one task or several, the same worlds for every agent."""
     from hhrl_bench.evaluation.guarded_agent import option_name
     from hhrl_bench.evaluation.loading import require_playable
+    from hhrl_bench.evaluation.per_episode import EpisodeFile
     from hhrl_bench.evaluation.results import evaluation_record, task_record
     from hhrl_bench.tables.results import results_table
-    from hhrl_bench.tables.terminal import print_table
-    from hhrl_bench.tasks.tasks import get_task
+    from hhrl_bench.tasks.tasks import distinct_tasks
 
     announce_compiling()
-    chosen, held = get_task(task).against(opponent), option_name(option)
-    record = task_record(chosen, episodes)
-    require_playable(agents, chosen)
-    timed, failures = _evaluate_each(agents, chosen, episodes, held)
+    named, held = tasks or ["stop-line-v0"], option_name(option)
+    chosen = [one.against(opponent) for one in distinct_tasks(named)]
+    records = [task_record(one, episodes) for one in chosen]
+    for one in chosen:
+        require_playable(agents, one)
+    lines = None if per_episode is None else EpisodeFile(per_episode)
+    each = [_evaluate_each(agents, one, episodes, held, lines) for one in chosen]
+    failures = [failure for _, failed in each for failure in failed]
+    if not any(timed for timed, _ in each):
+        raise failures[0]
+    if lines is not None:
+        lines.write()
+    scored = [(name, record, timed) for name, record, (timed, _) in zip(named, records, each, strict=True) if timed]
     if as_json:
-        command = _evaluate_command(agents, task, episodes, held, opponent)
-        typer.echo(evaluation_record(record, timed, command).model_dump_json(indent=2))
+        commands = [_evaluate_command(agents, name, episodes, held, opponent) for name, _, _ in scored]
+        made = [
+            evaluation_record(record, timed, said) for (_, record, timed), said in zip(scored, commands, strict=True)
+        ]
+        _print_evaluations(made, alone=len(chosen) == 1)
     else:
-        print_table(console(), results_table(record, [one.result for one in timed]))
+        _print_results([results_table(record, [one.result for one in timed]) for _, record, timed in scored])
     for failure in failures:
         typer.echo(f"hhrl-bench: {failure}", err=True)
     if failures:
         raise typer.Exit(2)
+
+
+def _print_evaluations(records: Sequence["EvaluationRecord"], *, alone: bool) -> None:
+    """Print the record of the only task, or the list of the records of several."""
+    if alone:
+        typer.echo(records[0].model_dump_json(indent=2))
+    else:
+        typer.echo(json.dumps([record.model_dump(mode="json") for record in records], indent=2))
+
+
+def _print_results(tables: Sequence["Results"]) -> None:
+    from hhrl_bench.tables.terminal import print_table
+
+    for place, table in enumerate(tables):
+        if place > 0:
+            console().print()
+        print_table(console(), table)
 
 
 def _evaluate_command(
@@ -131,21 +198,19 @@ def _evaluate_command(
 
 
 def _evaluate_each(
-    agents: Sequence[str], task: "Task", episodes: int, option: "OptionName | None"
-) -> tuple[list["TimedResult"], list[str]]:
-    """Return the results, and why users' own agents have failed that have none; raise if there is no result."""
+    agents: Sequence[str], task: "Task", episodes: int, option: "OptionName | None", lines: "EpisodeFile | None"
+) -> tuple[list["TimedResult"], list["FailedAgentError"]]:
+    """Return the results on a task, and why users' own agents have failed that have none."""
     from hhrl_bench.errors import FailedAgentError
 
     timed: list[TimedResult] = []
     failures: list[FailedAgentError] = []
     for agent in agents:
         try:
-            timed.append(_evaluate_timed(agent, task, episodes, option))
+            timed.append(_evaluate_timed(agent, task, episodes, option, lines))
         except FailedAgentError as error:
             failures.append(error)
-    if not timed:
-        raise failures[0]
-    return timed, list(map(str, failures))
+    return timed, failures
 
 
 @agents_app.command()
@@ -167,7 +232,8 @@ def export(
         raise AgentError(f"agent {agent!r} has no networks to write; name a learned one")
     from hhrl_agents.reference.onnx import export_onnx
 
-    parity = export_onnx(loaded, onnx)
+    with progress(f"{agent} to {onnx.name}"):
+        parity = export_onnx(loaded, onnx)
     levels, seed = " and ".join(loaded.method.levels), loaded.metadata["seed"]
     typer.echo(f"{onnx}: {levels} values of {loaded.method.id}, training seed {seed}")
     typer.echo(
@@ -176,14 +242,17 @@ def export(
     )
 
 
-def _evaluate_timed(agent: str, task: "Task", episodes: int, option: "OptionName | None") -> "TimedResult":
+def _evaluate_timed(
+    agent: str, task: "Task", episodes: int, option: "OptionName | None", lines: "EpisodeFile | None"
+) -> "TimedResult":
     from hhrl_bench.evaluation.records import TimedResult
-    from hhrl_bench.evaluation.results import evaluate_agent
+    from hhrl_bench.evaluation.results import evaluate_agent, silent
     from hhrl_bench.tasks.seeds import MAX_TRAINING_SEED
 
     started = time.perf_counter()
     with progress(f"{agent} on {task.id}") as update:
-        result = evaluate_agent(agent, task, episodes, option, update)
+        keep = silent if lines is None else partial(lines.add, agent, task)
+        result = evaluate_agent(agent, task, episodes, option, update, None, keep)
     _say_failed(Path(agent), range(MAX_TRAINING_SEED + 1))
     return TimedResult(result=result, seconds=time.perf_counter() - started)
 

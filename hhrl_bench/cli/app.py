@@ -10,12 +10,14 @@ from typer.core import TyperGroup
 from hhrl_bench.cli.agents import agents_app
 from hhrl_bench.cli.interrupts import INTERRUPTED, advise, say_interrupted, was_interrupted
 from hhrl_bench.cli.leaderboard import leaderboard_app
+from hhrl_bench.cli.once import GivenOnce, require_once
 from hhrl_bench.cli.paper import paper_app
 from hhrl_bench.cli.pictures import pictures_app
 from hhrl_bench.cli.suites import suites_app
+from hhrl_bench.tracebacks import TRACEBACK_VARIABLE, show_traceback
 
 
-class OneLineErrors(TyperGroup):
+class OneLineErrors(GivenOnce, TyperGroup):
     """A group of commands whose failures are one line on stderr and exit code 2, without a traceback."""
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
@@ -38,6 +40,7 @@ def _explained(error: Exception) -> int | None:
     message = _message(error)
     if message is None:
         return None
+    show_traceback(error)
     if isinstance(error, OSError):
         _close_stdout()
     typer.echo("hhrl-bench: " + " ".join(message.split()), err=True)
@@ -77,12 +80,16 @@ app.add_typer(paper_app)
 app.add_typer(suites_app)
 app.add_typer(pictures_app)
 app.add_typer(leaderboard_app, name="leaderboard")
+require_once(app)
 
 
 @app.callback(invoke_without_command=True)
 def _root(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
+    traceback: Annotated[
+        bool, typer.Option("--traceback", help="Show where an error comes from; so does HHRL_TRACEBACK=1.")
+    ] = False,
     extension: Annotated[
         list[str] | None,
         typer.Option(
@@ -93,6 +100,8 @@ def _root(
         ),
     ] = None,
 ) -> None:
+    if traceback:
+        os.environ[TRACEBACK_VARIABLE] = "1"  # processes that the command begins show theirs too
     if extension or "HHRL_EXTENSIONS" in os.environ:
         from hhrl_bench.extensions import load_extensions
 

@@ -1,6 +1,7 @@
 """The console that tables are printed on, progress on stderr, and the line that says why nothing happens at first."""
 
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
     from hhrl_bench.evaluation.results import Update
 
 PLAIN_WIDTH = 160
+
+LINE_INTERVAL = 10.0
+"""Seconds between two plain lines of progress that have nothing else to say."""
 
 
 def console() -> "Console":
@@ -50,17 +54,33 @@ def announce_compiling() -> None:
 
 @contextmanager
 def progress(title: str) -> Iterator["Update"]:
-    """Return a context whose value shows progress when it is called: a bar on a terminal, plain lines elsewhere."""
+    """Return a context whose value shows progress when it is called: a bar on a terminal, plain lines elsewhere.
+
+    There, what has no note is said at most every LINE_INTERVAL seconds.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda done, total, note: console.print(
-            f"{title}: {done:,} of {total:,} {note}".rstrip(), markup=False, highlight=False, soft_wrap=True
-        )
+        yield _Lines(console, title)
         return
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[note]}"), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(title, total=None, note="")
         yield lambda done, total, note: bar.update(task, completed=done, total=total, note=note)
+
+
+class _Lines:
+    """Shows progress as plain lines."""
+
+    def __init__(self, console: "Console", title: str) -> None:
+        self._console, self._title = console, title
+        self._due = time.monotonic() + LINE_INTERVAL
+
+    def __call__(self, done: int, total: int, note: str) -> None:
+        """Say how much is done, unless that can wait."""
+        if note or time.monotonic() >= self._due:
+            self._due = time.monotonic() + LINE_INTERVAL
+            line = f"{self._title}: {done:,} of {total:,} {note}".rstrip()
+            self._console.print(line, markup=False, highlight=False, soft_wrap=True)

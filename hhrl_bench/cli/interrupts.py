@@ -51,7 +51,8 @@ def leave_on_interrupt(command: Callable[[], object]) -> None:
             command()
         finally:
             signal.signal(signal.SIGINT, _note)  # what comes now is no more raised, but still ends the process
-    except BaseException:
+    except BaseException as error:
+        _interrupts.pressed |= isinstance(error, KeyboardInterrupt)  # before the handler was there
         if not _interrupts.pressed:
             raise
     if _interrupts.pressed:

@@ -14,13 +14,16 @@ from hhrl_bench.leaderboard.level import Level
 
 if TYPE_CHECKING:
     from hhrl_bench.evaluation.store import Store
+    from hhrl_bench.execution.pools import Each
     from hhrl_bench.leaderboard.findings import Finding
     from hhrl_bench.leaderboard.record import LeaderboardRecord
+    from hhrl_bench.publishing.publication import VerifiedRecord
 
 leaderboard_app = typer.Typer(help="Read, verify and publish leaderboards.")
 
 FolderOption = Annotated[Path, typer.Option("--folder", help="The folder of published entries.")]
 LevelOption = Annotated[Level, typer.Option("--level", help="How far: each level includes those before it.")]
+JobsOption = Annotated[int, typer.Option("--jobs", min=1, help="Results checked side by side, in processes.")]
 FOLDER = Path("leaderboards")
 
 
@@ -59,6 +62,7 @@ def verify(
     seed: Annotated[
         int | None, typer.Option(min=0, help="Draws the sample and the worlds.", show_default="a new one")
     ] = None,
+    jobs: JobsOption = 1,
     as_json: JsonOption = False,
 ) -> None:
     """Verify entries, offline: their files, numbers and agents; exit code 1 where something does not hold."""
@@ -66,17 +70,19 @@ def verify(
         raise typer.BadParameter(
             f"--level {level} runs no agent again; write --level rerun or --level retrained", param_hint="--sample"
         )
+    from hhrl_bench.execution.pools import mapping
     from hhrl_bench.leaderboard.entry_files import INDEX, entry_paths
     from hhrl_bench.publishing.publication import check_index
 
     announce_compiling()
     drawn = secrets.randbelow(10**9) if seed is None else seed
     found: list[_Verified] = []
-    for path in paths or [FOLDER]:
-        if path.is_dir():
-            found.append(_Verified(path / INDEX, list(check_index(path)), None))
-        files = entry_paths(path) if path.is_dir() else [path]
-        found += [_verify_entry(file, level, sample, fresh, drawn) for file in files]
+    with mapping(jobs) as each:
+        for path in paths or [FOLDER]:
+            if path.is_dir():
+                found.append(_Verified(path / INDEX, list(check_index(path)), None))
+            files = entry_paths(path) if path.is_dir() else [path]
+            found += [_verify_entry(file, level, each, sample, fresh, drawn) for file in files]
     if as_json:
         rows = [{"entry": str(one.path), **finding._asdict()} for one in found for finding in one.findings]
         verified = {str(one.path): one.level for one in found if one.level}
@@ -90,20 +96,25 @@ def verify(
 
 
 @leaderboard_app.command()
-def build(folder: FolderOption = FOLDER, level: LevelOption = Level.REPLAYED) -> None:
-    """Verify every entry in a folder, then write its INDEX.json, its schema.json and a page of tables a suite."""
+def build(
+    folder: FolderOption = FOLDER,
+    level: LevelOption = Level.REPLAYED,
+    again: Annotated[
+        bool, typer.Option("--again", help="Verify also what has not changed since this machine has verified it.")
+    ] = False,
+    jobs: JobsOption = 1,
+) -> None:
+    """Verify every entry in a folder, then write its INDEX.json, its schema.json and a page of tables a suite.
+
+    What this machine has verified is not verified again as long as the entry, its files and this package are the same.
+    """
     from hhrl_agents.atomic_files import write_atomically
-    from hhrl_bench.leaderboard.entry_files import INDEX, entry_paths
+    from hhrl_bench.leaderboard.entry_files import INDEX
     from hhrl_bench.publishing.publication import of_suite, write_index
     from hhrl_bench.tables.markdown import suite_page
 
     announce_compiling()
-    found = [_verify_entry(path, level) for path in entry_paths(folder)]
-    _print_verified(found)
-    if any(one.findings for one in found):
-        raise typer.Exit(1)
-    command = f"hhrl-bench leaderboard build --level {level}"
-    index = write_index(folder, {one.path.name: one.level for one in found if one.level}, command)
+    index = write_index(folder, _verify_changed(folder, level, jobs, again=again))
     for suite in dict.fromkeys(entry.suite for entry in index.entries):
         write_atomically(folder / f"{suite}.md", suite_page(of_suite(folder, suite)))
     typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)
@@ -123,7 +134,7 @@ def submit(
     announce_compiling()
     board = read_entry(file)
     require_submittable(board, name, folder)
-    found = _verify_entry(file, Level.RERUN)
+    found = _verify_entry(file, Level.RERUN, map)
     _print_verified([found])
     if found.findings:
         typer.echo("hhrl-bench: nothing was submitted", err=True)
@@ -150,7 +161,7 @@ class _Verified(NamedTuple):
 
 
 def _verify_entry(
-    path: Path, level: Level, sample: int | None = None, fresh: int | None = None, seed: int = 0
+    path: Path, level: Level, each: "Each", sample: int | None = None, fresh: int | None = None, seed: int = 0
 ) -> _Verified:
     from hhrl_bench.evaluation.store import Store
     from hhrl_bench.leaderboard.entry import check_spelling, read_entry
@@ -159,13 +170,42 @@ def _verify_entry(
 
     board, store = read_entry(path), Store(path.parent)
     with progress(f"verify {path.name}") as update:
-        found = list(verification.verify(board, store, level, update, sample, seed))
+        found = list(verification.verify(board, store, level, update, sample, seed, each))
         if fresh is not None and not found:
-            found += check_fresh(board, store, fresh, seed, update)
+            found += check_fresh(board, store, fresh, seed, update, each)
     found += check_spelling(path, board)
     if found:
         return _Verified(path, list(dict.fromkeys(found)), None)
     return _Verified(path, [], _reached(path, board, store, level, scored=fresh is not None))
+
+
+def _verify_changed(folder: Path, level: Level, jobs: int, *, again: bool) -> "dict[str, VerifiedRecord]":
+    """Return how the entries of a folder were verified, by file name; leave with exit code 1 where one does not hold.
+
+    Unless ``again``, those are passed over that this machine has verified before and that have not changed since.
+    """
+    from hhrl_bench.execution.pools import mapping
+    from hhrl_bench.leaderboard.entry_files import entry_paths
+    from hhrl_bench.publishing.memory import hash_of_all, recall, remember
+    from hhrl_bench.publishing.publication import verified_now
+
+    hashes = {path: hash_of_all(path, level) for path in entry_paths(folder)}
+    records = {path: record for path in hashes if not again and (record := recall(hashes[path]))}
+    for path, record in records.items():
+        typer.echo(f"{path}: {record.level}, verified here on {record.day}, nothing has changed since", err=True)
+    with mapping(jobs) as each:
+        found = [
+            _Verified(path, [], records[path].level) if path in records else _verify_entry(path, level, each)
+            for path in hashes
+        ]
+    _print_verified(found)
+    for one in found:
+        if one.level and one.path not in records:
+            records[one.path] = verified_now(one.level, f"hhrl-bench leaderboard build --level {level}")
+            remember(hashes[one.path], one.path, level, records[one.path])
+    if any(one.findings for one in found):
+        raise typer.Exit(1)
+    return {path.name: record for path, record in records.items()}
 
 
 def _reached(path: Path, board: "LeaderboardRecord", store: "Store", level: Level, *, scored: bool) -> Level:

@@ -8,6 +8,15 @@ AGENT_HELP = "A registered name, a checkpoint, a run directory, or module:factor
 AgentArgument = Annotated[str, typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
 AgentsArgument = Annotated[list[str], typer.Argument(metavar="AGENT", help=AGENT_HELP, show_default=False)]
 TaskOption = Annotated[str, typer.Option("--task", metavar="TASK", help="The task's id.")]
+TasksOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--task",
+        metavar="TASK",
+        help="The task's id; may be repeated, for a table a task.",
+        show_default="stop-line-v0",
+    ),
+]
 HeldOption = Annotated[
     str | None,
     typer.Option(

@@ -23,11 +23,8 @@ def calibrate(
     from hhrl_bench.calibration.calibrate import check, markdown, search
 
     announce_compiling()
-    if check_only:
-        record = check(episodes, out)
-    else:
-        with progress(f"calibration, seed {seed}") as update:
-            record = search(seed, generations, episodes, out, update)
+    with progress("calibration" if check_only else f"calibration, seed {seed}") as update:
+        record = check(episodes, out) if check_only else search(seed, generations, episodes, out, update)
     typer.echo(markdown(record))
     if out is not None:
         typer.echo(f"wrote {out}", err=True)

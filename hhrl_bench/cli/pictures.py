@@ -1,12 +1,11 @@
 """The commands that draw: an episode, an analysis, the figures and the page of a leaderboard."""
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hhrl_bench.cli.console import announce_compiling, console
+from hhrl_bench.cli.console import announce_compiling, console, progress
 from hhrl_bench.cli.options import AgentArgument, HeldOption, JsonOption, OpponentOption, TaskOption
 
 if TYPE_CHECKING:
@@ -51,17 +50,17 @@ def watch(
     from hhrl_bench.tasks.tasks import get_task
 
     announce_compiling()
-    drawn: Iterable[tuple[Path, Outcome]]
-    if failed is None:
-        chosen, held = get_task(task).against(opponent), option_name(option)
-        loaded = load_agent(agent, chosen)
-        drawn = [(out, films.watch(loaded, chosen, out, episode or 0, OPTIONS[held] if held else None))]
-    else:
-        drawn = films.film_failures(read_entry(entry), Store(entry.parent), agent, task, failed, out)
-    path = None
+    drawn: list[tuple[Path, Outcome]]
+    with progress(f"{agent} on {task}") as update:
+        if failed is None:
+            chosen, held = get_task(task).against(opponent), option_name(option)
+            loaded, fixed = load_agent(agent, chosen), OPTIONS[held] if held else None
+            drawn = [(out, films.watch(loaded, chosen, out, episode or 0, fixed, update))]
+        else:
+            drawn = [*films.film_failures(read_entry(entry), Store(entry.parent), agent, task, failed, out, update)]
     for path, outcome in drawn:
         typer.echo(f"wrote {path}: {outcome.name.lower().replace('_', '-')}", err=True)
-    if path is None:
+    if not drawn:
         typer.echo(f"{entry} has no failure of {agent} on {task}", err=True)
 
 
@@ -85,12 +84,15 @@ def analyse(
         from hhrl_bench.figures.analysis import require_folder
 
         require_folder(out)
-    record = analysis.analyse(agent, task, episodes, episode)
-    if out is not None:
-        from hhrl_bench.figures.analysis import write
+    written: list[Path] = []
+    with progress(f"{agent} on {task}") as update:
+        record = analysis.analyse(agent, task, episodes, episode, update)
+        if out is not None:
+            from hhrl_bench.figures.analysis import write
 
-        for path in write(record, out):
-            typer.echo(f"wrote {path}", err=True)
+            written = write(record, out)
+    for path in written:
+        typer.echo(f"wrote {path}", err=True)
     if as_json:
         typer.echo(record.model_dump_json())
     else:
@@ -103,6 +105,7 @@ def figures(
     out: Annotated[Path | None, typer.Option(help="Folder.", show_default="FILE without .json")] = None,
 ) -> None:
     """Draw the figures of a leaderboard file, as SVG and PNG."""
+    from hhrl_agents.atomic_files import filled_folder, require_writable
     from hhrl_bench.errors import RecordError
     from hhrl_bench.evaluation.store import Store
     from hhrl_bench.leaderboard.entry import read_entry
@@ -113,11 +116,13 @@ def figures(
 
     announce_compiling()
     board, folder = read_entry(file), out or file.with_suffix("")
-    written = save_leaderboard_figures(board, Store(file.parent), folder)
-    if not written:
-        raise RecordError(f"the leaderboard of {board.suite} has one agent a task and no curves: nothing to draw")
+    require_writable(folder / "figure.svg")
+    with filled_folder(folder) as new, progress(f"figures of {file.name}") as update:
+        written = save_leaderboard_figures(board, Store(file.parent), new, update)
+        if not written:
+            raise RecordError(f"the leaderboard of {board.suite} has one agent a task and no curves: nothing to draw")
     for path in written:
-        typer.echo(f"wrote {path}", err=True)
+        typer.echo(f"wrote {folder / path.name}", err=True)
 
 
 @pictures_app.command()
@@ -140,5 +145,6 @@ def report(
     if page.resolve() == file.resolve():
         raise OutputError(f"cannot write {page}: it is the leaderboard; name another --out")
     require_writable(page)
-    write_atomically(page, html(board, Store(file.parent)))
+    with progress(f"page of {file.name}") as update:
+        write_atomically(page, html(board, Store(file.parent), update))
     typer.echo(f"wrote {page}", err=True)

@@ -18,6 +18,7 @@ from hhrl_bench.extensions import load_extensions
 from hhrl_bench.isolation import frames
 from hhrl_bench.isolation.confinement import confine
 from hhrl_bench.isolation.supervision import supervise
+from hhrl_bench.tracebacks import show_traceback
 from hhrl_envs import SCENARIOS, Scenario
 from hhrl_envs.arrays import Flags, Floats32, Ints
 from hhrl_envs.errors import InputError
@@ -79,10 +80,10 @@ class _Server:
     def _answer(self, make: Callable[[], bytes]) -> None:
         try:
             answer = frames.answer(make())
-        except InputError as error:
-            answer = frames.failure(str(error))
         except BaseException as error:  # noqa: BLE001 - the agent may raise what it likes, or have changed what is here
-            answer = frames.failure(f"the agent's process raised {type(error).__name__}: {error}")
+            show_traceback(error)
+            raised = f"the agent's process raised {type(error).__name__}: {error}"
+            answer = frames.failure(str(error) if isinstance(error, InputError) else raised)
         if os.getpid() != self._own:  # a copy, which the agent has forked and not ended
             os._exit(0)
         self._answers.write(answer)

@@ -4,7 +4,6 @@ import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -19,6 +18,7 @@ from hhrl_bench.evaluation.records import TrainingRecord
 from hhrl_bench.isolation.agent_process import AgentProcess
 from hhrl_bench.schema import first_problem
 from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.text import meant
 from hhrl_envs import Scenario, get_scenario
 
 Kind = Literal["rule", "learned", "factory"]
@@ -80,16 +80,11 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
         return [_load_checkpoint(path, scenario)]
     if path.suffix == ".py":
         raise AgentError(f"{name!r} is a file of Python; write module:factory, such as {path.stem}:make_agent")
+    known = [*RULES, *shipped_methods()]
     raise AgentError(
-        f"unknown agent {name!r}{_likely(name)}; write a checkpoint file, a run directory, module:factory, or one of: "
-        + ", ".join([*RULES, *shipped_methods()])
+        f"unknown agent {name!r}{meant(name, known)}; write a checkpoint file, a run directory, module:factory, "
+        f"or one of: {', '.join(known)}"
     )
-
-
-def _likely(name: str) -> str:
-    """Return the question whether a registered agent was meant whose name is nearly this one, if there is one."""
-    near = get_close_matches(name.replace("_", "-"), [*RULES, *shipped_methods()], n=1)
-    return f", did you mean {near[0]}" if near else ""
 
 
 def _names_factory(name: str) -> bool:

@@ -5,7 +5,7 @@ with the batch's shape, so it always sees batches of the same number of rows: th
 world, and those extra episodes are dropped.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -53,9 +53,18 @@ def evaluate(
     return play_task(agent, task, task.test.take(episodes), option).records
 
 
-def play_task(agent: Agent, task: Task, seeds: Keys, option: Option | None = None) -> ScoredEpisodes:
-    """Return episode 0 of each world in ``seeds`` uint64 [N], with the vehicles driven as the task is scored."""
-    return play(agent, get_scenario(task.scenario), seeds, option, drivers=evaluation_drivers(task))
+def play_task(
+    agent: Agent,
+    task: Task,
+    seeds: Keys,
+    option: Option | None = None,
+    ended: Callable[[int], object] | None = None,
+) -> ScoredEpisodes:
+    """Return episode 0 of each world in ``seeds`` uint64 [N], with the vehicles driven as the task is scored.
+
+    ``ended`` hears how many episodes have ended, batch by batch.
+    """
+    return play(agent, get_scenario(task.scenario), seeds, option, drivers=evaluation_drivers(task), ended=ended)
 
 
 def play(
@@ -66,9 +75,11 @@ def play(
     rows: int = BATCH_ROWS,
     drivers: Drivers = EGO_ALONE,
     metrics: Iterable[Metric] | None = None,
+    ended: Callable[[int], object] | None = None,
 ) -> ScoredEpisodes:
     """Return episode 0 of each world in ``seeds`` uint64 [N], in batches of ``rows``; by default with all metrics.
 
+    ``ended`` hears how many episodes have ended, batch by batch.
     Where the scenario has learned front vehicles the records are ``TrafficRecords``.
     """
     records, traces = [], []
@@ -82,6 +93,8 @@ def play(
             recorder.add(step.option, step.driven)
         records.append(totals.records())
         traces.append(recorder.trace(records[-1].steps))
+        if ended is not None:
+            ended(min(len(records) * rows, len(seeds)))
     return ScoredEpisodes(episodes.join(records, len(seeds)), decisions.join(traces, len(seeds)))
 
 

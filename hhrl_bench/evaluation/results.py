@@ -59,26 +59,33 @@ def evaluate_agent(
     option: OptionName | None = None,
     update: Update = silent,
     store: Store | None = None,
+    played_by: Callable[[int | None, ScoredEpisodes], object] = silent,
 ) -> ResultRecord:
     """Return the result of every training seed of agent ``source`` on the first ``episodes`` test episodes.
 
-    ``update`` hears how many runs are done; ``store`` gets their evidence and checkpoints. Errors are those of
+    ``update`` hears how many episodes of all runs have ended; ``store`` gets the runs' evidence and checkpoints, and
+    ``played_by`` their training seeds, None without one, and episodes. Errors are those of
     :func:`hhrl_bench.evaluation.paired_evaluation.evaluate` and :func:`hhrl_bench.evaluation.loading.load_agents`.
     """
     agents = load_agents(source, get_scenario(task.scenario))
     seeds, held = task.test.take(episodes), None if option is None else OPTIONS[option]
     records: list[EpisodeRecords] = []
     runs: list[RunRecord] = []
+    total = len(agents) * episodes
     for loaded in agents:
+        before = len(runs) * episodes
         try:
             with loaded:
-                played = play_task(loaded.agent, task, seeds, held)
+                played = play_task(
+                    loaded.agent, task, seeds, held, lambda count, before=before: update(before + count, total, "")
+                )
         except AgentError as error:
             raise type(error)(f"{source}: {error}") from error
         records.append(played.records)
         evidence = None if store is None else _keep(store, loaded, played)
         runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))
-        update(len(runs), len(agents), f"success {runs[-1].metrics.success:.1%}")
+        played_by(loaded.training.seed if loaded.training else None, played)
+        update(before + episodes, total, f"success {runs[-1].metrics.success:.1%}")
     return result_record(source, agents[0].kind, task, option, runs, records)
 
 

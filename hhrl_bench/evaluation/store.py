@@ -101,7 +101,6 @@ def _unpacked(data: bytes, path: Path, limit: int) -> bytes:
 def _add(path: Path, content: bytes, data: bytes) -> str:
     """Write ``data``, which holds ``content``, unless the file holds that already; return the hash in its name."""
     if not _holds(path, content):
-        path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, data)
     return path.name.split(".")[0]
 

@@ -4,7 +4,7 @@ import os
 import signal
 import socket
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
@@ -15,11 +15,12 @@ from pathlib import Path
 from threading import Thread
 from typing import Any
 
-from hhrl_bench.errors import ClusterError
+from hhrl_bench.errors import ClusterError, LostWorkerError
 from hhrl_bench.execution.progress_folder import ProgressFolder
 from hhrl_bench.execution.unit import Done, Unit, attempt
 from hhrl_bench.extensions import VARIABLE, load_extensions
 from hhrl_bench.provenance import software
+from hhrl_envs import SCENARIOS, Simulator
 from hhrl_envs.errors import InputError, require
 
 MAX_RAY_UNITS = 10_000
@@ -194,6 +195,60 @@ class _KnownProcess(SpawnContext):
     def Process(self, *args: Any, **kwargs: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
         self.process = SpawnProcess(*args, **kwargs)
         return self.process
+
+
+Each = Callable[..., Iterator[Any]]
+"""What calls a function with the items of iterables side by side, as ``map`` does, and returns what comes in order."""
+
+
+@contextmanager
+def mapping(jobs: int) -> Iterator[Each]:
+    """Return a context with a ``map`` that works in so many processes of this machine; in this one if it is 1.
+
+    What is mapped, and what comes of it, goes through pipes. The processes have one thread each, and end with the
+    context.
+
+    Raises:
+        LostWorkerError: from the ``map``, if one of the processes has been killed.
+    """
+    if jobs == 1:
+        yield map
+        return
+    Simulator(next(iter(SCENARIOS)), 1).reset([0])  # compiled once, so that the workers find it in the cache
+    context = _KnownProcesses()
+    executor = ProcessPoolExecutor(jobs, context, _begin_worker)
+
+    def each(function: Callable[..., Any], *iterables: Iterable[Any]) -> Iterator[Any]:
+        with _interrupts_held(), _one_thread_each():
+            results = executor.map(function, *iterables)
+        return _whole(results)
+
+    try:
+        yield each
+    finally:
+        for process in context.processes:
+            process.kill()
+        executor.shutdown(cancel_futures=True)
+
+
+def _whole(results: Iterator[Any]) -> Iterator[Any]:
+    try:
+        yield from results
+    except BrokenProcessPool as error:
+        raise LostWorkerError("a worker process was killed; is there enough memory? ask for fewer --jobs") from error
+
+
+class _KnownProcesses(SpawnContext):
+    """A context that knows all processes that an executor has begun in it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.processes: list[SpawnProcess] = []
+
+    def Process(self, *args: Any, **kwargs: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
+        process = SpawnProcess(*args, **kwargs)
+        self.processes.append(process)
+        return process
 
 
 def _begin_worker() -> None:

@@ -16,7 +16,13 @@ from typing import Annotated, Literal, TypeVar
 from filelock import FileLock, Timeout
 from pydantic import Field, StringConstraints, ValidationError
 
-from hhrl_agents.atomic_files import OutputError, remove_fragments, require_writable, write_atomically
+from hhrl_agents.atomic_files import (
+    OutputError,
+    made_folder,
+    remove_fragments,
+    require_writable,
+    write_atomically,
+)
 from hhrl_bench.errors import RecordError
 from hhrl_bench.locks import locked
 from hhrl_bench.schema import Count, Name, Record, first_problem, sha256_of
@@ -78,15 +84,21 @@ class ProgressFolder:
     def opened(self, study: StudyStatus) -> Iterator[None]:
         """Let this process, and no other, hand out the units of ``study`` in this context.
 
+        If it fails before a unit has begun, nothing is left of it.
+
         Raises:
             OutputError: if another process does so in this folder, or it cannot be written.
         """
         require_writable(self._study)
         busy = f"another run works in {self.path.parent}; wait until it has ended, or name another folder"
-        with locked(self._run_lock, busy, RUN_PATIENCE):
+        with made_folder(self.path), locked(self._run_lock, busy, RUN_PATIENCE, passing=True):
             self._clear()
             write_atomically(self._study, study.model_dump_json(indent=2) + "\n")
-            yield
+            try:
+                yield
+            finally:
+                if not any(self.path.glob("*.unit.json")):
+                    self._study.unlink(missing_ok=True)
 
     @contextmanager
     def at_work(self) -> Iterator[None]:

@@ -9,6 +9,7 @@ from hhrl_bench.evaluation.records import TimedResult, TrainedSeed
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.execution.progress_folder import ProgressFolder, UnitStatus
 from hhrl_bench.extensions import load_extensions
+from hhrl_bench.tracebacks import show_traceback
 from hhrl_envs.errors import InputError, one_line
 
 _FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
@@ -86,13 +87,18 @@ def _attempt(unit: Unit, update: Update) -> Done:
     try:
         load_extensions()  # this process may be another than the one that was told of them
         return Done(unit, unit.run(update))
-    except InputError as error:
-        return Done(unit, None, str(error) + _advice(error.__cause__))
-    except OSError as error:
-        where = f": {error.filename}" if error.filename else ""
-        return Done(unit, None, f"{error.strerror or error}{where}{_advice(error)}")
     except Exception as error:  # noqa: BLE001 - the other units go on, and this one is shown as failed
-        return Done(unit, None, f"{type(error).__name__}: {error}")
+        show_traceback(error)
+        return Done(unit, None, _reason(error))
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, InputError):
+        return str(error) + _advice(error.__cause__)
+    if isinstance(error, OSError):
+        where = f": {error.filename}" if error.filename else ""
+        return f"{error.strerror or error}{where}{_advice(error)}"
+    return f"{type(error).__name__}: {error}"
 
 
 def _advice(error: BaseException | None) -> str:

@@ -8,6 +8,7 @@ from math import ceil, nan
 import numpy as np
 from PIL import Image
 
+from hhrl_bench.evaluation.results import Update, silent
 from hhrl_envs import SUB_GOALS
 from hhrl_envs.rendering.canvas import (
     BLUE,
@@ -96,12 +97,16 @@ def _tick(largest: float, at_most: int) -> float:
     return next((step for step in _STEPS if step * at_most >= largest), _STEPS[-1])
 
 
-def png(snapshots: Sequence[Snapshot]) -> bytes:
-    """Return the bytes of a PNG, 960 pixels wide, with evenly spaced key frames, the first and the last among them."""
+def png(snapshots: Sequence[Snapshot], update: Update = silent) -> bytes:
+    """Return the bytes of a PNG, 960 pixels wide, with evenly spaced key frames, the first and the last among them.
+
+    ``update`` hears how many of them are drawn.
+    """
     canvas = Canvas(WIDTH, _HEIGHT)
     draw_header(canvas, snapshots[-1])
     for place, step in enumerate(np.linspace(0, len(snapshots) - 1, _KEY_FRAMES).round().astype(int)):
         _draw_key_frame(canvas, snapshots[step], HEADER + place * (_ROAD + 6))
+        update(place + 1, _KEY_FRAMES, "")
     _draw_speeds(canvas, snapshots, _HEIGHT - 2 * _CHART - _MARGIN)
     _draw_distances(canvas, snapshots, _HEIGHT - _CHART - _MARGIN)
     out = BytesIO()
@@ -156,9 +161,15 @@ _SAMPLE_EVERY = 10  # frames; the palette is chosen from these, the last one, an
 _HOLD = 2500  # ms; how long the outcome stays on before the film starts anew
 
 
-def gif(snapshots: Sequence[Snapshot]) -> bytes:
-    """Return the bytes of a GIF with a frame for every snapshot; all share one palette, so that nothing flickers."""
-    frames = [picture(snapshot) for snapshot in snapshots]
+def gif(snapshots: Sequence[Snapshot], update: Update = silent) -> bytes:
+    """Return the bytes of a GIF with a frame for every snapshot; all share one palette, so that nothing flickers.
+
+    ``update`` hears how many of them are drawn.
+    """
+    frames = []
+    for snapshot in snapshots:
+        frames.append(picture(snapshot))
+        update(len(frames), len(snapshots), "")
     swatches = [np.full((8, *frames[0].shape[1:]), colour, np.uint8) for colour in NAMED_COLOURS]
     sample = np.concatenate([*frames[::_SAMPLE_EVERY], frames[-1], *swatches])
     palette = Image.fromarray(sample).quantize(_COLOURS)

@@ -1,9 +1,11 @@
 """The figures of a leaderboard file. Needs the ``report`` extra."""
 
+from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
 
 from hhrl_bench.evaluation.evidence import read_evidence
+from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.figures.episode import save_episode, typical_episode
 from hhrl_bench.figures.pareto import save_pareto
@@ -18,19 +20,32 @@ EXAMPLE = "hybrid-hrl"
 """The agent whose typical episode is shown."""
 
 
-def save_leaderboard_figures(board: LeaderboardRecord, store: Store, folder: Path) -> list[Path]:
+def save_leaderboard_figures(
+    board: LeaderboardRecord, store: Store, folder: Path, update: Update = silent
+) -> list[Path]:
     """Draw the figures of a leaderboard into a folder, made if need be, as SVG and PNG, and return the files.
 
     ``store`` has the files that the leaderboard names; there are no files if nothing in the leaderboard has a figure.
+    ``update`` hears how many kinds of figures are drawn.
 
     Raises:
         RecordError: if a file of the store is missing or damaged.
         OutputError: if a file cannot be written.
     """
-    written = save_transfer_figures(board.transfer, folder) if board.transfer else _save_scores(board, folder)
-    if board.trainings:
-        written += [*save_training_curves(board.trainings, folder), *save_trainings(board.trainings, folder)]
-    return [*written, *_save_example(board, store, folder)]
+    transfer, trainings = board.transfer, board.trainings
+    kinds: list[Callable[[], list[Path]]] = (
+        [lambda: save_transfer_figures(transfer, folder)]
+        if transfer
+        else [lambda: save_table_one(board, folder), lambda: save_pareto(board, folder)]
+    )
+    if trainings:
+        kinds += [lambda: save_training_curves(trainings, folder), lambda: save_trainings(trainings, folder)]
+    kinds += [lambda: _save_example(board, store, folder)]
+    written: list[Path] = []
+    for done, save in enumerate(kinds, start=1):
+        written += save()
+        update(done, len(kinds), "")
+    return written
 
 
 def _save_example(board: LeaderboardRecord, store: Store, folder: Path) -> list[Path]:
@@ -42,10 +57,6 @@ def _save_example(board: LeaderboardRecord, store: Store, folder: Path) -> list[
             episode = typical_episode(evidence.outcome, evidence.trace.steps)
             return save_episode(store.checkpoint(run.checkpoint_sha256), task, episode, folder)
     return []
-
-
-def _save_scores(board: LeaderboardRecord, folder: Path) -> list[Path]:
-    return [*save_table_one(board, folder), *save_pareto(board, folder)]
 
 
 def save_transfer_figures(record: TransferSetRecord, folder: Path) -> list[Path]:

@@ -26,9 +26,9 @@ Bar = tuple[float, float, float]
 
 
 def save_table_one(board: LeaderboardRecord, folder: Path) -> list[Path]:
-    """Draw a figure for each task that Table I speaks of into a folder, and return the files, SVG and PNG.
+    """Draw the figure of the task that Table I is shown beside into a folder, and return the files, SVG and PNG.
 
-    A task needs results of several of the policies there.
+    It needs results of several of the policies there.
 
     Raises:
         OutputError: if a file cannot be written.
@@ -37,7 +37,7 @@ def save_table_one(board: LeaderboardRecord, folder: Path) -> list[Path]:
     with style():
         for task in board.tasks:
             results = counterparts(board.results, task.id)
-            if task.id in paper_table.TABLE_I_TASKS and len(results) > 1:
+            if task.id == paper_table.TABLE_I_TASK and len(results) > 1:
                 written += save_figure(draw_table_one(task, results), folder, f"table-1-{task.id}")
     return written
 

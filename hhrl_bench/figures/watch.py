@@ -14,6 +14,7 @@ from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.decisions import Trace, episodes_of, recordings
 from hhrl_bench.evaluation.evidence import read_evidence
 from hhrl_bench.evaluation.paired_evaluation import evaluation_slots, rollout_of_episode
+from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.record import LeaderboardRecord
@@ -23,7 +24,14 @@ from hhrl_envs.errors import require
 from hhrl_envs.rendering.snapshot import Snapshot, snapshot_of
 
 
-def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, option: Option | None = None) -> Outcome:
+def watch(
+    agent: Agent,
+    task: str | Task,
+    out: str | Path,
+    episode: int = 0,
+    option: Option | None = None,
+    update: Update = silent,
+) -> Outcome:
     """Return how test episode ``episode`` of the task ends, having drawn it into the file ``out``.
 
     Args:
@@ -32,6 +40,7 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
         out: a ``.gif`` (every step, in real time) or a ``.png`` (a strip of key frames).
         episode: which test episode, as :func:`hhrl_bench.evaluate` counts them.
         option: hold this option fixed in place of the agent's own choice.
+        update: hears how many steps are done of how many there can be, then how many pictures are drawn.
 
     Raises:
         InputError: in one line, for anything that cannot be played or written.
@@ -39,35 +48,39 @@ def watch(agent: Agent, task: str | Task, out: str | Path, episode: int = 0, opt
     path = Path(out)
     draw = artist(path)
     require_writable(path)
-    snapshots = record(agent, get_task(task), episode, option)
-    write_atomically(path, draw(snapshots))
+    snapshots = record(agent, get_task(task), episode, option, update)
+    write_atomically(path, draw(snapshots, update))
     return snapshots[-1].outcome
 
 
-def record(agent: Agent, task: Task, episode: int, option: Option | None = None) -> list[Snapshot]:
+def record(
+    agent: Agent, task: Task, episode: int, option: Option | None = None, update: Update = silent
+) -> list[Snapshot]:
     """Return every snapshot of one test episode, from its start to its outcome, with the option selected there.
 
     It is run in the batch that the evaluation runs it in, so that it is the same to the last bit.
     """
-    return snapshots_of(*rollout_of_episode(agent, task, episode, option))
+    return snapshots_of(*rollout_of_episode(agent, task, episode, option), update)
 
 
-def snapshots_of(rollout: Rollout, row: int) -> list[Snapshot]:
+def snapshots_of(rollout: Rollout, row: int, update: Update = silent) -> list[Snapshot]:
     """Return every snapshot of one row of a rollout, before the first step and after each, until its outcome.
 
-    Each has the option of the ego that is selected there; the last one that of the last step.
+    Each has the option of the ego that is selected there; the last one that of the last step. ``update`` hears how many
+    steps are done, of how many there can be.
     """
     snapshots = [snapshot_of(rollout.simulator, row)]
     for step in rollout:
         ended = snapshot_of(step.simulator, row, int(step.first.option[row]))
         snapshots[-1] = replace(snapshots[-1], option=ended.option)
         snapshots.append(ended)
+        update(len(snapshots) - 1, step.simulator.scenario.horizon, "")
         if not (step.simulator.agent_outcomes[row] == Outcome.RUNNING).any():
             break
     return snapshots
 
 
-def artist(path: Path) -> Callable[[Sequence[Snapshot]], bytes]:
+def artist(path: Path) -> Callable[[Sequence[Snapshot], Update], bytes]:
     """Return the function that draws what the suffix of ``path`` asks for."""
     if path.suffix.lower() not in {".gif", ".png"}:
         raise OutputError(f"cannot draw {path.name!r}; write a name that ends in .gif or .png")
@@ -109,10 +122,11 @@ def failures(board: LeaderboardRecord, store: Store, agent: str, task: str) -> I
 
 
 def film_failures(
-    board: LeaderboardRecord, store: Store, agent: str, task: str, count: int, out: Path
+    board: LeaderboardRecord, store: Store, agent: str, task: str, count: int, out: Path, update: Update = silent
 ) -> Iterator[tuple[Path, Outcome]]:
     """Return the films of the first ``count`` failures as they are drawn, and how each ends; see ``failures``.
 
+    ``update`` hears of each how many steps are done, and how many pictures are drawn.
     ``out`` is a ``.gif`` or a ``.png``; the films lie beside it, with the training seed and episode in their names.
     """
     draw, chosen = artist(out), get_task(task)
@@ -120,6 +134,6 @@ def film_failures(
     for failure in islice(failures(board, store, agent, task), count):
         recording, drivers = recordings(failure.trace, evaluation_slots(chosen))
         seeds = chosen.test.take(1, offset=failure.episode)
-        snapshots = snapshots_of(Rollout(recording, get_scenario(chosen.scenario), seeds, drivers=drivers), 0)
-        write_atomically(failure.name(out), draw(snapshots))
+        snapshots = snapshots_of(Rollout(recording, get_scenario(chosen.scenario), seeds, drivers=drivers), 0, update)
+        write_atomically(failure.name(out), draw(snapshots, update))
         yield failure.name(out), snapshots[-1].outcome

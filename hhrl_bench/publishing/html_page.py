@@ -14,6 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import TaskRecord
+from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.figures.leaderboard import save_leaderboard_figures
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
@@ -45,8 +46,8 @@ class TaskSection(NamedTuple):
     runs: Table
 
 
-def html(board: LeaderboardRecord, store: Store) -> str:
-    """Return the page of a leaderboard, whose files lie in a store.
+def html(board: LeaderboardRecord, store: Store, update: Update = silent) -> str:
+    """Return the page of a leaderboard, whose files lie in a store; ``update`` hears how many figures are drawn.
 
     Raises:
         RecordError: if one of the files that figures are drawn from is missing or damaged.
@@ -66,7 +67,7 @@ def html(board: LeaderboardRecord, store: Store) -> str:
         overview=success_table(board.tasks, [board]) if spans_tasks(board) else None,
         sections=[_section(board, task) for task in board.tasks],
         learning=list(_learning(board)),
-        figures=_figures(board, store),
+        figures=_figures(board, store, update),
         settings=[(method, list(_flat(method.config))) for method in board.methods],
     )
 
@@ -93,10 +94,10 @@ def _seeds(board: LeaderboardRecord) -> list[str]:
     return list(dict.fromkeys(format_seeds(result.seeds) for result in board.results if result.seeds))
 
 
-def _figures(board: LeaderboardRecord, store: Store) -> list[Picture]:
+def _figures(board: LeaderboardRecord, store: Store, update: Update) -> list[Picture]:
     """Return the figures of a leaderboard; none if it has nothing to draw."""
     with TemporaryDirectory() as folder:
-        written = save_leaderboard_figures(board, store, Path(folder))
+        written = save_leaderboard_figures(board, store, Path(folder), update)
         return [_figure(path) for path in written if path.suffix == ".svg"]
 
 

@@ -60,19 +60,18 @@ class IndexRecord(Record):
     entries: tuple[EntryRecord, ...]
 
 
-def write_index(folder: Path, levels: Mapping[str, Level], command: str) -> IndexRecord:
-    """Write the index and the schema of a folder whose entries were just verified, and return the index.
-
-    ``levels``: how far, by file name; ``command``: that verified them. What the index said before counts for nothing.
-    """
+def verified_now(level: Level, command: str) -> VerifiedRecord:
+    """Return what there is to say of an entry that ``command`` has just verified up to a level."""
     day = datetime.now(UTC).date().isoformat()
-    entries = [
-        _entry(
-            path,
-            VerifiedRecord(level=levels[path.name], day=day, package_version=hhrl_bench.__version__, command=command),
-        )
-        for path in entry_paths(folder)
-    ]
+    return VerifiedRecord(level=level, day=day, package_version=hhrl_bench.__version__, command=command)
+
+
+def write_index(folder: Path, verified: Mapping[str, VerifiedRecord]) -> IndexRecord:
+    """Write the index and the schema of a folder whose entries this machine has verified, and return the index.
+
+    ``verified``: how, by file name. What the index said before counts for nothing.
+    """
+    entries = [_entry(path, verified[path.name]) for path in entry_paths(folder)]
     index = IndexRecord(schema_version=SCHEMA_VERSION, entries=tuple(entries))
     write_atomically(folder / INDEX, index.model_dump_json(indent=2) + "\n")
     write_atomically(folder / SCHEMA, entry_schema())

@@ -19,6 +19,7 @@ from hhrl_bench.execution.unit import Stages
 from hhrl_bench.schema import RESERVED, STEM
 from hhrl_bench.suites.units import Evaluation, Training, arm_trainings, seed_trainings
 from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.text import meant
 from hhrl_bench.transfer.transfer import Transfer, sensible_arms
 
 
@@ -273,4 +274,5 @@ def get_suite(suite_id: str) -> Suite:
     try:
         return SUITES[suite_id]
     except KeyError:
-        raise UnknownSuiteError(f"unknown suite {suite_id!r}; known suites: {', '.join(SUITES)}") from None
+        known = f"known suites: {', '.join(SUITES)}"
+        raise UnknownSuiteError(f"unknown suite {suite_id!r}{meant(suite_id, SUITES)}; {known}") from None

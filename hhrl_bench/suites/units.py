@@ -201,7 +201,6 @@ def keep_outcome(path: Path, make: Callable[[], TimedResult], agent: str, task: 
     if known and is_same and _still_holds(known.outcome.result, agent, task, store):
         return known.outcome
     outcome = make()
-    path.parent.mkdir(parents=True, exist_ok=True)
     record = OutcomeRecord(**made_by, outcome=outcome)
     write_atomically(path, record.model_dump_json(indent=2) + "\n")
     return outcome

@@ -28,7 +28,7 @@ _FIT = TerminalFit("first", name_widths=(NAME_WIDTH, 12), wider=("95% intervals"
 
 
 def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, seeds: bool = False) -> Table:
-    """Return the results on a task: the columns of Table I, those of further metrics, the paper's rows below.
+    """Return the results on a task: the columns of Table I, those of further metrics; in its world its rows below.
 
     seeds: whether the last column counts the training seeds.
     """
@@ -38,7 +38,7 @@ def results_table(task: TaskRecord, results: Sequence[ResultRecord], *, seeds: b
         for result in results
     )
     groups = [Group("", rows)]
-    if task.id in paper_table.TABLE_I_TASKS:
+    if task.id == paper_table.TABLE_I_TASK:
         blank = (Cell(),) * len(last)
         printed = (
             Row(row.policy, (*(paper_cell(metric, row) for metric in metrics), *blank)) for row in paper_table.TABLE_I
@@ -90,7 +90,7 @@ def paper_cell(metric: Metric, row: PaperRow) -> Cell:
 def _notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
     """Return what to know of the results of a task, a sentence or two a line."""
     lines = [Note(_meaning(results), "Means an episode.")]
-    if task.id in paper_table.TABLE_I_TASKS:
+    if task.id == paper_table.TABLE_I_TASK:
         source = f"The paper's rows: Table I, {CASES} cases"
         lines.append(Note(f"{source}, Wilson.", f"{source}."))
     lines += [Note(note) for result in results for note in _of_agent(task, result)]
@@ -135,7 +135,7 @@ def _meaning(results: Sequence[ResultRecord]) -> str:
 
 
 def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
-    """Return who drives the other vehicles, and each agent's success in the episodes that were feasible."""
+    """Return who drives the other vehicles, how many episodes were feasible, and how many of those succeeded."""
     said = ["One policy drives all vehicles; success: all of them stopped."] if task.shared else []
     known = TASKS.get(task.id)
     if task.opponent:
@@ -144,8 +144,8 @@ def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
         said.append("The front vehicle is scripted.")
     shares = [(result.agent, result.traffic) for result in results if result.traffic]
     return said + [
-        f"{agent}: {percent(traffic.feasible)} of the episodes feasible, success there "
-        f"{percent(traffic.success_feasible)}."
+        f"{agent}: {percent(traffic.feasible)} of the episodes were feasible, and {percent(traffic.success_feasible)} "
+        "of those succeeded."
         for agent, traffic in shares
     ]
 

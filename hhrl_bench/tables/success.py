@@ -54,11 +54,8 @@ def success_table(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecor
 
 
 def success_cell(result: ResultRecord | None) -> Cell:
-    """Return how often an agent succeeds on a task; where vehicles learn, in the episodes that stayed feasible."""
-    if result is None:
-        return Cell()
-    success = result.traffic.success_feasible if result.traffic else result.metrics.success
-    return metric_cell(METRICS["success"], success)
+    """Return how often an agent succeeds on a task: in which share of all episodes, as wherever success is told."""
+    return Cell() if result is None else metric_cell(METRICS["success"], result.metrics.success)
 
 
 def _notes(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> tuple[Note, ...]:
@@ -76,7 +73,7 @@ def _notes(tasks: Sequence[TaskRecord], boards: Sequence[LeaderboardRecord]) -> 
 def _behind(task: TaskRecord, opponent: str, results: Sequence[ResultRecord]) -> str:
     shares = sorted(one.traffic.feasible.mean or 0.0 for one in results if one.traffic)
     share = " to ".join(dict.fromkeys(f"{one:.1%}" for one in (shares[0], shares[-1]))) if shares else "none"
-    return f"{task.id}: behind {opponent}, among the episodes that stayed feasible ({share})."
+    return f"{task.id}: behind {opponent}; {share} of the episodes were feasible."
 
 
 def _failed(result: ResultRecord) -> str:

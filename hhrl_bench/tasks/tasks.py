@@ -1,10 +1,11 @@
 """Tasks: a scenario with a training budget and the seeds of its worlds, as data under versioned ids."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.tasks.seeds import SeedRange, consecutive_ranges
+from hhrl_bench.text import meant
 from hhrl_envs import SCENARIOS, Scenario
 
 TRAIN, VALIDATION, TEST = consecutive_ranges("train", "validation", "test")
@@ -108,4 +109,17 @@ def get_task(task: str | Task) -> Task:
     try:
         return TASKS[task]
     except KeyError:
-        raise UnknownTaskError(f"unknown task {task!r}; known tasks: {', '.join(TASKS)}") from None
+        raise UnknownTaskError(f"unknown task {task!r}{meant(task, TASKS)}; known tasks: {', '.join(TASKS)}") from None
+
+
+def distinct_tasks(names: Sequence[str]) -> list[Task]:
+    """Return the tasks of these names.
+
+    Raises:
+        InputError: in one line, for a name of no task, or a task that is named twice.
+    """
+    tasks = [get_task(name) for name in names]
+    for place, task in enumerate(tasks):
+        if task in tasks[:place]:
+            raise UnknownTaskError(f"task {task.id!r} is named twice; name each task once")
+    return tasks

@@ -3,8 +3,9 @@
 ``config.json`` says what is trained, the same for all seeds in the directory. Seed k has ``curve-seed-k.jsonl``, one
 line a report, ``seed-k.safetensors`` (best on validation episodes so far) and, once its training has ended,
 ``seed-k.final.safetensors``; a seed that diverged has ``seed-k.failed.json`` in their place. As long as seeds are being
-trained there is their ``state-seeds-*.safetensors``, from which ``--resume`` goes on. The process that trains seed k
-holds the lock of ``seed-k.lock``.
+trained there is their ``state-seeds-*.safetensors``, from which ``--resume`` goes on. A longer training goes on from
+``end-state-seed-k.safetensors``, which ``train`` leaves. The process that trains seed k holds the lock of
+``seed-k.lock``.
 """
 
 import json
@@ -17,7 +18,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hhrl_agents.atomic_files import OutputError, remove_fragments, require_writable, write_atomically
+from hhrl_agents.atomic_files import (
+    OutputError,
+    made_folder,
+    remove_fragments,
+    require_writable,
+    write_atomically,
+)
 from hhrl_bench.locks import locked
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.tasks.seeds import format_seeds, parse_seeds
@@ -51,6 +58,10 @@ class RunDirectory:
         """Return the path of the state of seeds that are trained side by side."""
         return self.folder / STATE_NAME.format(format_seeds(seeds))
 
+    def end_state(self, seed: int) -> Path:
+        """Return the path of the state in which the training of a seed has ended."""
+        return self.folder / f"end-state-seed-{seed}.safetensors"
+
     def provenance(self, seeds: Sequence[int]) -> Path:
         """Return the path of the provenance of seeds that were trained side by side."""
         return self.folder / f"provenance-seeds-{format_seeds(seeds)}.json"
@@ -67,6 +78,22 @@ class RunDirectory:
         """Return whether the training of all these seeds has ended."""
         return not self.state(seeds).exists() and all(self._ended(seed) for seed in seeds)
 
+    def ended_seeds(self) -> list[int]:
+        """Return the seeds whose training has ended, ascending."""
+        return _seeds_of(self.folder, r"(?:final\.safetensors|failed\.json)")
+
+    def config(self) -> Mapping[str, Any]:
+        """Return what is trained in the directory; nothing if that is not known."""
+        try:
+            held = _parsed(self._config.read_bytes())
+        except OSError:
+            return {}
+        return held if isinstance(held, dict) else {}
+
+    def write_config(self, config: Mapping[str, Any]) -> None:
+        """Write what is trained in the directory."""
+        write_atomically(self._config, _text(config))
+
     @contextmanager
     def at_work(self, seeds: Sequence[int], patience: float) -> Iterator[None]:
         """Let this process, and no other, train these seeds in this context.
@@ -77,6 +104,7 @@ class RunDirectory:
         """
         require_writable(self._config)
         with ExitStack() as stack:
+            stack.enter_context(made_folder(self.folder))
             for seed in sorted(seeds):
                 busy = (
                     f"another training of seed {seed} works in {self.folder}; wait until it has ended, or name another "
@@ -98,11 +126,11 @@ class RunDirectory:
         if trained and not self.state(seeds).exists():
             raise OutputError(f"{self.folder} holds seed {trained[0]} already; name another folder with --out")
         self._remove_fragments(seeds)
-        write_atomically(self._config, _text(config))
+        self.write_config(config)
 
     def require_config(self, config: Mapping[str, Any]) -> None:
         """Raise an ``OutputError`` if the directory holds a run of another configuration."""
-        if self._config.exists() and _parsed(self._config.read_bytes()) != _parsed(_text(config).encode()):
+        if self._config.exists() and _parsed(self._config.read_bytes()) != as_read(config):
             raise OutputError(f"{self.folder} holds a run of another configuration; name another folder with --out")
 
     def write_curve(self, seed: int, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -137,15 +165,25 @@ class RunDirectory:
                 )
 
     def _remove_fragments(self, seeds: Sequence[int]) -> None:
-        each = (self.best, self.final, self.failed, self.curve)
+        each = (self.best, self.final, self.failed, self.curve, self.end_state)
         for path in (self.state(seeds), *(name(seed) for name in each for seed in seeds)):
             remove_fragments(self.folder, of=path.name)
 
 
 def failed_seeds(folder: Path) -> list[int]:
     """Return the seeds of a run directory whose training has failed, ascending."""
-    named = (re.fullmatch(r"seed-([0-9]{1,9})\.failed\.json", path.name) for path in folder.glob("seed-*"))
-    return sorted(int(match[1]) for match in named if match)
+    return _seeds_of(folder, r"failed\.json")
+
+
+def as_read(config: Mapping[str, Any]) -> Any:
+    """Return a config as it is when it is read from its file."""
+    return _parsed(_text(config).encode())
+
+
+def _seeds_of(folder: Path, ending: str) -> list[int]:
+    """Return the seeds k of the files ``seed-k.`` with such an ending, ascending."""
+    named = (re.fullmatch(rf"seed-([0-9]{{1,9}})\.{ending}", path.name) for path in folder.glob("seed-*"))
+    return sorted({int(match[1]) for match in named if match})
 
 
 def _text(config: Mapping[str, Any]) -> str:

@@ -112,7 +112,7 @@ class StateFile:
         started = perf_counter()
         if started < self._due:
             return
-        self._write(make())
+        self.save(make())
         ended = perf_counter()
         self._due = ended + COST_SHARE * (ended - started)
 
@@ -132,11 +132,19 @@ class StateFile:
         except (SafetensorError, OSError, *_UNREADABLE) as error:
             raise self._refusal("is damaged, or of another version") from error
 
+    def holds(self, seeds: Sequence[int]) -> bool:
+        """Return whether there is a whole state of this training there."""
+        try:
+            return bool(self.load(seeds))
+        except OutputError:
+            return False
+
     def refuse_learner(self, error: Exception) -> OutputError:
         """Return the error that says that the learner does not take up the state."""
         return self._refusal(f"does not fit this version's learner ({error})")
 
-    def _write(self, state: TrainingState) -> None:
+    def save(self, state: TrainingState) -> None:
+        """Save a state."""
         arrays = {name: np.ascontiguousarray(array) for name, array in state.learner.items()}
         entries = {
             "format_version": STATE_VERSION,

@@ -17,7 +17,7 @@ from hhrl_agents import METHODS
 from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies import checkpoints
-from hhrl_agents.policies.learned_agent import LearnedAgent
+from hhrl_agents.policies.learned_agent import LearnedAgent, make_agent
 from hhrl_agents.stateful import below, prefixed
 from hhrl_agents.training.learner import NOTHING, Learner, Progress, make_learner
 from hhrl_bench.errors import AgentError
@@ -27,6 +27,8 @@ from hhrl_bench.provenance import provenance
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.tasks.tasks import Task
+from hhrl_bench.text import meant
+from hhrl_bench.training.extension import extend, extends
 from hhrl_bench.training.reuse import Reuse
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState
@@ -57,6 +59,7 @@ class Plan:
         reuse: what the seeds begin with; None: they begin from nothing.
         engine: "compiled", exact on every processor, or "torch", the reference, which reads like the paper.
         device: where torch computes, "cpu" or "cuda"; the compiled engine uses the CPU.
+        schedule_steps: over how many steps exploration and learning rate change; None: the budget.
     """
 
     method: Method
@@ -67,12 +70,18 @@ class Plan:
     reuse: Reuse | None = None
     engine: str = "compiled"
     device: str = "cpu"
+    schedule_steps: int | None = None
 
     def __post_init__(self) -> None:
         """Refuse an engine that there is not, and a device that the engine does not use."""
         require_value(self.engine in ENGINES, "engine", repr(self.engine), " or ".join(ENGINES))
         fits = self.engine == "torch" or self.device == "cpu"
         require_value(fits, "device", repr(self.device), "cpu, or the engine torch too")
+
+    @property
+    def span(self) -> int:
+        """Over how many steps exploration and learning rate change."""
+        return self.schedule_steps or self.env_steps
 
     @property
     def command(self) -> str:
@@ -87,8 +96,9 @@ class Plan:
     def _train(self, seeds: Sequence[int]) -> str:
         words = ["hhrl-bench", "train", self.method.id, "--task", self.task.id, "--seeds", format_seeds(seeds)]
         budget = [] if self.env_steps == self.task.env_steps else ["--env-steps", str(self.env_steps)]
+        schedule = [] if self.span == self.env_steps else ["--schedule-steps", str(self.span)]
         engine = [] if self.engine == "compiled" else ["--engine", self.engine, "--device", self.device]
-        return shlex.join([*words, *budget, *engine])
+        return shlex.join([*words, *budget, *schedule, *engine])
 
     def config(self) -> dict[str, Any]:
         """Return what all seeds of the run share, as JSON data."""
@@ -100,6 +110,7 @@ class Plan:
             "scenario": scenario.id,
             "spec_hash": scenario.spec_hash,
             "env_steps": self.env_steps,
+            **({} if self.span == self.env_steps else {"schedule_steps": self.span}),
             "validation_episodes": VALIDATION_EPISODES,
             **({} if self.engine == "compiled" else {"engine": self.engine, "device": self.device}),
             **({"transfer": self.reuse.config()} if self.reuse else {}),
@@ -114,7 +125,7 @@ def get_method(name: str) -> Method:
         AgentError: naming the known ids.
     """
     if name not in METHODS:
-        raise AgentError(f"unknown method {name!r}; write one of: {', '.join(METHODS)}")
+        raise AgentError(f"unknown method {name!r}{meant(name, METHODS)}; write one of: {', '.join(METHODS)}")
     return METHODS[name]
 
 
@@ -131,7 +142,12 @@ class Report(NamedTuple):
 
 
 def train(
-    plan: Plan, *, resume: bool = False, tensorboard: bool = False, patience: float = PATIENCE
+    plan: Plan,
+    *,
+    resume: bool = False,
+    extendable: bool = False,
+    tensorboard: bool = False,
+    patience: float = PATIENCE,
 ) -> Iterator[Report]:
     """Yield the reports of a training; at its end the run directory holds the checkpoints.
 
@@ -139,6 +155,8 @@ def train(
         plan: what to train, and where its files go.
         resume: go on with a training that was stopped, to the same bits as without the stop; a finished one has no
             more reports.
+        extendable: leave the state of every seed behind, and, with ``resume``, go on from those of a finished training
+            of fewer steps; see :mod:`hhrl_bench.training.extension`.
         tensorboard: write event files too.
         patience: seconds for which another training of one of the seeds, in the same folder, may still be at work.
 
@@ -149,11 +167,14 @@ def train(
     directory = RunDirectory(plan.folder)
     if tensorboard:
         require("tensorboard", "tensorboard")
-    if resume and directory.finished(plan.seeds):
+    longer = resume and extendable and extends(plan, directory)
+    if resume and not longer and directory.finished(plan.seeds):
         directory.require_config(plan.config())
         return
-    training = _Training(plan, directory)  # what it lacks is said before anything is written
+    training = _Training(plan, directory, extendable=extendable)  # what it lacks is said before anything is written
     with directory.at_work(plan.seeds, patience):
+        if longer and extends(plan, directory):
+            extend(plan, directory)
         if resume and directory.finished(plan.seeds):  # by the training that was waited for
             return
         directory.prepare(plan.config(), plan.seeds, resume=resume)
@@ -163,8 +184,8 @@ def train(
 class _Training:
     """A training under way: a learner for each seed, and what their reports have come to."""
 
-    def __init__(self, plan: Plan, directory: RunDirectory) -> None:
-        self._plan, self._directory = plan, directory
+    def __init__(self, plan: Plan, directory: RunDirectory, *, extendable: bool) -> None:
+        self._plan, self._directory, self._extendable = plan, directory, extendable
         self._scenario = get_scenario(plan.task.scenario)
         self._learners = [self._learner(seed) for seed in plan.seeds]
         self._runs = [SeedRun(seed) for seed in plan.seeds]
@@ -196,7 +217,8 @@ class _Training:
         with _side_by_side(self._learners) as each:
             if not self._runs[0].curve:
                 yield self._report([self._validated(index, _NOTHING_YET) for index in range(len(self._runs))])
-            trainings = [learner.train(self._plan.env_steps) for learner in self._learners]
+            plan = self._plan
+            trainings = [learner.train(plan.env_steps, plan.schedule_steps) for learner in self._learners]
             while going := [index for index, run in enumerate(self._runs) if self._goes_on(index, run)]:
                 reports = each(lambda index: next(trainings[index]), going)
                 yield self._report([*map(self._validated, going, reports)])
@@ -267,9 +289,22 @@ class _Training:
         for run, learner in zip(self._runs, self._learners, strict=True):
             if not run.failed:
                 self._save(self._directory.final(run.seed), run.seed, learner.policy(), run.curve[-1])
+                self._date_best(run)
+            if self._extendable and (state := learner.state()) is not None:
+                learned = TrainingState(prefixed({str(run.seed): state}), [run], elapsed)
+                StateFile(self._directory.end_state(run.seed), plan.config()).save(learned)
         if self._events:
             self._events.close()
         self._state_path.unlink()
+
+    def _date_best(self, run: SeedRun) -> None:
+        """Let the chosen checkpoint of an extended training say of its training what all of them say."""
+        if self._plan.span == self._plan.env_steps or run.best is None:
+            return
+        path, origin = self._directory.best(run.seed), self._plan.origin(run.seed)
+        best = checkpoints.load(path)
+        own = {name: value for name, value in best.metadata.items() if name not in {*origin, "validation"}}
+        self._save(path, run.seed, make_agent(best.method, best.scenario, best.parameters, own), run.curve[run.best])
 
 
 def find_fault(losses: Mapping[str, float], finite_parameters: bool, updated: bool) -> str | None:

@@ -4,6 +4,7 @@ In worlds that are drawn anew, an agent that was fitted to the public test world
 """
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, play_task
 from hhrl_bench.evaluation.records import RunRecord
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.store import Store
+from hhrl_bench.execution.pools import Each
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.tasks.seeds import RANGE_SIZE, SeedRange
@@ -70,25 +72,29 @@ UNLIKELY = 0.001
 
 
 def check_fresh(
-    board: LeaderboardRecord, store: Store, episodes: int, seed: int, update: Update = silent
+    board: LeaderboardRecord, store: Store, episodes: int, seed: int, update: Update = silent, each: Each = map
 ) -> Iterator[Finding]:
     """Return the results whose published success is unlike that in ``episodes`` fresh worlds a run, drawn by ``seed``.
 
     Fisher's exact test on the episodes of all runs of a result together, at UNLIKELY over the number of results.
-    Results that are not playable are left out.
+    Results that are not playable are left out. ``each`` plays the results, as ``map`` does.
     """
     from scipy.stats import fisher_exact  # noqa: PLC0415
 
     worlds = FRESH.take(episodes, int(np.random.default_rng(seed).integers(FRESH.size - RANGE_SIZE)))
-    for done, checked in enumerate(checked_results(board, store), start=1):
+    playable = [one for one in checked_results(board, store) if one.playable]
+    for done, (checked, hits) in enumerate(zip(playable, each(partial(successes, worlds), playable), strict=True)):
         result = checked.result
-        if not checked.playable:
-            continue
-        hits = [int((run_again(checked, run, worlds).records.outcome == Outcome.SUCCESS).sum()) for run in result.runs]
         total, known = episodes * len(hits), checked.task_record.episodes * len(hits)
         before = round(sum(run.metrics.success for run in result.runs) / len(hits) * known)
         table = np.array([[before, known - before], [sum(hits), total - sum(hits)]])
         said = f"{before / known:.1%} is published, {sum(hits) / total:.1%} was found in {total:,} fresh episodes"
-        update(done, len(board.results), f"{result.agent} on {result.task}: {said}")
+        update(done + 1, len(playable), f"{result.agent} on {result.task}: {said}")
         if (chance := float(fisher_exact(table).pvalue)) < UNLIKELY / len(board.results):
             yield Finding(f"{checked.place}.metrics.success", f"{said} (chance of that: {chance:.1g})")
+
+
+def successes(worlds: Keys, checked: CheckedResult) -> list[int]:
+    """Return in how many of these worlds every run of a result succeeds."""
+    played = (run_again(checked, run, worlds).records for run in checked.result.runs)
+    return [int((records.outcome == Outcome.SUCCESS).sum()) for records in played]

@@ -1,6 +1,7 @@
 """Training seeds of an entry trained again, from what their checkpoints say, to the same files."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -9,6 +10,7 @@ import numpy as np
 
 from hhrl_bench.evaluation.records import TrainingRecord
 from hhrl_bench.evaluation.results import Update, silent
+from hhrl_bench.execution.pools import Each
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import sha256_of
@@ -41,33 +43,44 @@ def trained_seeds(board: LeaderboardRecord) -> list[Trained]:
 
 
 def retrain(
-    board: LeaderboardRecord, update: Update = silent, sample: int | None = None, seed: int = 0
+    board: LeaderboardRecord, update: Update = silent, sample: int | None = None, seed: int = 0, each: Each = map
 ) -> Iterator[Finding]:
     """Train the seeds of an entry again whose training is exact, and return the checkpoints that come out otherwise.
 
-    Of the seeds, ``sample`` are trained, drawn by ``seed``; or all. ``update`` hears how many steps of one are done.
+    Of the seeds, ``sample`` are trained, drawn by ``seed``; or all. ``each`` trains them, as ``map`` does. ``update``
+    hears how many steps of one are done, or how many seeds where they are trained in other processes.
     """
-    every = [one for one in trained_seeds(board) if one.training.exact]
+    known = trained_seeds(board)
+    every = [one for one in known if one.training.exact]
     count = len(every) if sample is None else min(sample, len(every))
-    for index in np.sort(np.random.default_rng(seed).permutation(len(every))[:count]):
-        one = every[index]
-        with TemporaryDirectory() as folder:
-            try:
-                path = _Retraining(board, Path(folder), update).checkpoint(one.training)
-            except InputError as error:
-                yield Finding(one.place, f"cannot be trained again: {error}")
-                continue
-            found = sha256_of(path.read_bytes())
-        if found != one.sha256:
-            yield Finding(f"{one.place}.checkpoint_sha256", f"trained again, seed {one.training.seed} leaves {found}")
+    chosen = [every[index] for index in np.sort(np.random.default_rng(seed).permutation(len(every))[:count])]
+    trainings = {one.sha256: one.training for one in known}
+    here = each is map
+    for done, findings in enumerate(each(partial(train_again, trainings, update if here else silent), chosen)):
+        if not here:
+            training = chosen[done].training
+            update(done + 1, count, f"trained {training.method} on {training.task}, seed {training.seed}")
+        yield from findings
+
+
+def train_again(trainings: Mapping[str, TrainingRecord], update: Update, one: Trained) -> list[Finding]:
+    """Return what does not hold in a checkpoint that is trained again; ``trainings`` are those of its entry."""
+    with TemporaryDirectory() as folder:
+        try:
+            path = _Retraining(trainings, Path(folder), update).checkpoint(one.training)
+        except InputError as error:
+            return [Finding(one.place, f"cannot be trained again: {error}")]
+        found = sha256_of(path.read_bytes())
+    if found == one.sha256:
+        return []
+    return [Finding(f"{one.place}.checkpoint_sha256", f"trained again, seed {one.training.seed} leaves {found}")]
 
 
 class _Retraining:
     """Trainings of seeds of an entry, with their run directories in a folder."""
 
-    def __init__(self, board: LeaderboardRecord, folder: Path, update: Update) -> None:
-        self._folder, self._update = folder, update
-        self._trainings = {one.sha256: one.training for one in trained_seeds(board)}
+    def __init__(self, trainings: Mapping[str, TrainingRecord], folder: Path, update: Update) -> None:
+        self._trainings, self._folder, self._update = trainings, folder, update
 
     def checkpoint(self, training: TrainingRecord) -> Path:
         """Return the chosen checkpoint of a training that was done again."""

@@ -1,6 +1,7 @@
 """Verification of an entry: what it says, computed again from what it rests on, level by level, offline."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,12 +9,13 @@ import numpy as np
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.evaluation.results import Update, silent, task_record
 from hhrl_bench.evaluation.store import Store
+from hhrl_bench.execution.pools import Each
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import LeaderboardRecord, derived_fields
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.transfer.summary import recompute
-from hhrl_bench.verification.checked_result import checked_results, played_task
+from hhrl_bench.verification.checked_result import CheckedResult, checked_results, played_task
 from hhrl_bench.verification.identity import check_identity, check_weights
 from hhrl_bench.verification.rerun import rerun
 from hhrl_bench.verification.retrained import retrain
@@ -27,11 +29,13 @@ def verify(
     update: Update = silent,
     sample: int | None = None,
     seed: int = 0,
+    each: Each = map,
 ) -> Iterator[Finding]:
     """Return what does not hold in an entry, whose files lie in ``store``; nothing if it is verified up to ``level``.
 
     ``update`` hears how much is done. Of the results, ``sample`` are run again, drawn by ``seed``, or all; at the level
-    retrained all are, and ``sample`` of the seeds are trained again.
+    retrained all are, and ``sample`` of the seeds are trained again. ``each`` checks results, as ``map`` does; see
+    :func:`hhrl_bench.execution.pools.mapping`.
     """
     try:
         yield from _check_version(board)
@@ -46,19 +50,28 @@ def verify(
     count = len(results) if sample is None or level.includes(Level.RETRAINED) else min(sample, len(results))
     again = np.random.default_rng(seed).permutation(len(results))[:count] if level.includes(Level.RERUN) else ()
     readable = True
-    for index, result in enumerate(results):
-        yield from result.recompute()
-        if level.includes(Level.REPLAYED):
-            yield from result.replay()
-        if index in again:
-            yield from rerun(result)
-        readable &= result.readable
-        result.forget()
-        update(index + 1, len(results), f"{result.result.agent} on {result.result.task}")
+    flags = [index in again for index in range(len(results))]
+    for index, (findings, was_read) in enumerate(each(partial(check_result, level), results, flags)):
+        yield from findings
+        readable &= was_read
+        result = results[index].result
+        update(index + 1, len(results), f"{result.agent} on {result.task}")
     if readable:
         yield from _check_derived(board, store)
     if level.includes(Level.RETRAINED):
-        yield from retrain(board, update, sample, seed)
+        yield from retrain(board, update, sample, seed, each)
+
+
+def check_result(level: Level, result: CheckedResult, again: bool) -> tuple[list[Finding], bool]:
+    """Return what does not hold in a result, and whether its evidence was read; ``again``: its agents are run again."""
+    findings = list(result.recompute())
+    if level.includes(Level.REPLAYED):
+        findings += result.replay()
+    if again:
+        findings += rerun(result)
+    readable = result.readable
+    result.forget()
+    return findings, readable
 
 
 def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:

@@ -64,8 +64,8 @@ class DoubleDQNLearner(ValueLearner):
         first, last = self.parameters.parts.get(name, (0, 0))
         return Level(place, layout, mask, name in self.levels, first, last)
 
-    def _advance(self, env_steps: int) -> None:
-        share = self.env_steps / env_steps
+    def _advance(self, env_steps: int, span: int) -> None:
+        share = self.env_steps / span
         self._interact(self.config.epsilon_at(share, self._first_epsilon))
         while self._update_is_due():
             self._update(self.config.learning_rate_at(share))

@@ -53,12 +53,13 @@ class PPOLearner(Learner):
         require_world_seeds(world_seeds, self.config.n_envs)
         self._trained = PPOSeed(self.config, scenario, seed, world_seeds)
 
-    def _advance(self, env_steps: int) -> None:
+    def _advance(self, env_steps: int, span: int) -> None:
         """Take one rollout, the last one as short as the budget asks for, and its updates; see `Learner._advance`."""
         config = self.config
-        remaining = ceil((env_steps - self.env_steps) / config.n_envs)
-        steps, share = min(config.rollout_steps, remaining), 1.0 - remaining * config.n_envs / env_steps
-        learning_rate = config.learning_rate_at(share)
+        steps = min(config.rollout_steps, ceil((env_steps - self.env_steps) / config.n_envs))
+        learning_rate = config.learning_rate_at(
+            1.0 - ceil((span - self.env_steps) / config.n_envs) * config.n_envs / span
+        )
         self._add_losses(self._trained.advance(steps, learning_rate))
         self.env_steps += steps * config.n_envs
         self.updates += config.epochs * ceil(steps * config.n_envs / config.batch_size)

@@ -75,8 +75,8 @@ class PQNLearner(ValueLearner):
         super().restore(state)
         restore_stream(self._shuffler, state)
 
-    def _advance(self, env_steps: int) -> None:
-        config, share = self.config, self.env_steps / env_steps
+    def _advance(self, env_steps: int, span: int) -> None:
+        config, share = self.config, self.env_steps / span
         epsilon, learning_rate = config.epsilon_at(share), config.learning_rate_at(share)
         targets = self._targets([self._interact(epsilon) for _ in range(config.rollout_steps)])
         settings = Settings(0.0, learning_rate, config.max_gradient_norm)

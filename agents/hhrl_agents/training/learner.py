@@ -112,15 +112,16 @@ class Learner(ABC):
         self._loss_names = losses
         self._clear_meters()
 
-    def train(self, env_steps: int) -> Iterator[Progress]:
+    def train(self, env_steps: int, schedule_steps: int | None = None) -> Iterator[Progress]:
         """Yield reports while training until `env_steps` are done in all, those before a `restore` among them.
 
         A report comes after the round that reaches a multiple of `report_every` environment steps, and at the end. The
-        schedules of exploration and learning rate span these `env_steps`, which are rounded up to whole rounds of the
-        `n_envs` environments.
+        schedules of exploration and learning rate span `schedule_steps`, by default these `env_steps`, and stay as they
+        are beyond. Both are rounded up to whole rounds of the `n_envs` environments.
         """
+        span = schedule_steps or env_steps
         while (before := self.env_steps) < env_steps:
-            self._advance(env_steps)
+            self._advance(env_steps, span)
             last = self.env_steps >= env_steps
             if last or self.env_steps % self.config.report_every < self.env_steps - before:
                 yield self._report()
@@ -142,8 +143,11 @@ class Learner(ABC):
         raise InputError(f"a training by {self.method.algorithm} cannot go on from a state; train from the beginning")
 
     @abstractmethod
-    def _advance(self, env_steps: int) -> None:
-        """Take one round of environment steps and what is learned from them; `env_steps` is the whole budget."""
+    def _advance(self, env_steps: int, span: int) -> None:
+        """Take one round of environment steps and what is learned from them.
+
+        `env_steps` is the whole budget, `span` are the steps over which exploration and learning rate change.
+        """
 
     @abstractmethod
     def _policy_parameters(self) -> Parameters:

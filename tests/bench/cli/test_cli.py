@@ -1,11 +1,12 @@
 """The command line, end to end: exit codes, one line an error, JSON alone on stdout, no half-written file."""
 
+import csv
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import pytest
 
@@ -69,12 +70,12 @@ def tiny(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFacto
 
 
 def test_evaluate_prints_the_nine_columns_and_the_papers_rows() -> None:
-    said = done("evaluate", "rule-2", "--episodes", "40")
+    said = done("evaluate", "rule-2", "--task", "stop-line-paper-v0", "--episodes", "40")
     for word in ("r^o", "r^a", "step", "unsmooth", "unsafe", "collision", "not stop", "timeout", "success"):
         assert word in said
     for word in (
         "rule-2",
-        "stop-line-v0, 40 test episodes",
+        "stop-line-paper-v0, 40 test episodes",
         "Hybrid HRL",
         "Wilson",
         "43.52",
@@ -103,6 +104,72 @@ def test_several_agents_share_one_record_and_one_table() -> None:
     said = done("evaluate", "rule-2", "rule-4", "--episodes", "20")
     assert said.count("stop-line-v0, 20 test episodes") == 1
     assert said.index("\nrule-2 ") < said.index("\nrule-4 ")
+
+
+def without_provenance(record: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in record.items() if name != "provenance"}
+
+
+def test_several_tasks_are_scored_each_as_it_is_alone() -> None:
+    tasks = ("stop-line-v0", "stop-line-wet-v0")
+    words = [word for task in tasks for word in ("--task", task)]
+    both = json.loads(done("evaluate", "rule-2", "rule-4", *words, "--episodes", "5", "--json"))
+    for task, record in zip(tasks, both, strict=True):
+        alone = json.loads(done("evaluate", "rule-2", "rule-4", "--task", task, "--episodes", "5", "--json"))
+        assert without_provenance(record) == without_provenance(alone)
+        assert record["provenance"]["command"] == alone["provenance"]["command"]
+    said = done("evaluate", "rule-2", *words, "--episodes", "5")
+    assert said.index("stop-line-v0, 5 test episodes") < said.index("stop-line-wet-v0, 5 test episodes")
+    assert said.count("\nrule-2 ") == 2
+
+
+def test_an_agent_that_fails_on_one_task_leaves_the_other_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("dry.py").write_text(DRY)
+    words = ("--task", "stop-line-wet-v0", "--task", "stop-line-v0", "--episodes", "2")
+    ended = invoke("evaluate", "dry:make", *words, "--json")
+    assert ended.exit_code == 2
+    assert [record["task"]["id"] for record in json.loads(ended.stdout)] == ["stop-line-v0"]
+    assert "too wet" in ended.stderr.splitlines()[-1]
+
+
+DRY = """
+from hhrl_agents import RULES
+
+def make(scenario):
+    if "wet" in scenario.id:
+        raise ValueError("too wet")
+    return RULES["rule-4"](scenario)
+"""
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
+def test_every_episode_can_be_written_on_a_line_of_its_own(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"new/episodes{suffix}"
+    words = ("--task", "stop-line-v0", "--task", "adversary-v0", "--episodes", "3", "--per-episode", str(path))
+    record = json.loads(done("evaluate", "rule-2", "ddqn", *words, "--json"))[1]["results"]
+    text = path.read_text().splitlines()
+    rows = [*csv.DictReader(text)] if suffix == ".csv" else [json.loads(line) for line in text]
+    assert [path.name for path in path.parent.iterdir()] == [path.name]
+    assert [(row["task"], row["agent"]) for row in rows[:4:3]] == [("stop-line-v0", "rule-2"), ("stop-line-v0", "ddqn")]
+    assert len(rows) == 2 * (1 + 5) * 3
+    for agent, result in zip(("rule-2", "ddqn"), record, strict=True):
+        own = [row for row in rows if (row["task"], row["agent"]) == ("adversary-v0", agent)]
+        assert [int(row["world_seed"]) for row in own[:3]] == [2_000_000_000, 2_000_000_001, 2_000_000_002]
+        for number, run in enumerate(result["runs"]):
+            three = own[3 * number : 3 * number + 3]
+            assert sum(int(row["steps"]) for row in three) == pytest.approx(3 * run["metrics"]["steps"])
+            assert sum(row["outcome"] == "success" for row in three) == round(3 * run["metrics"]["success"])
+    assert {(row["outcome"], row["cause"]) for row in rows} <= {
+        ("success", ""),
+        ("collision", "failed to follow"),
+        ("not_stop", "failed to stop"),
+        ("timeout", "time limit"),
+    }
+    assert {row["last_option"] for row in rows if row["agent"] == "rule-2"} == {"stop"}
+    assert all(row["profile"] for row in rows if row["task"] == "stop-line-v0")
 
 
 def test_an_agent_that_does_not_load_is_said_before_the_others_play(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,10 +211,10 @@ def test_the_table_fits_narrow_and_wide_terminals() -> None:
         assert ("Wilson" in said) == (columns == 120)
 
 
-def test_the_papers_rows_stand_below_its_own_tasks_only() -> None:
+def test_the_papers_rows_stand_below_the_task_of_its_world_only() -> None:
     for task in ("stop-line-v0", "stop-line-paper-v0", "stop-line-wet-v0"):
         said = done("evaluate", "rule-2", "--episodes", "20", "--task", task)
-        assert ("Hybrid HRL" in said) == ("Table I" in said) == (task != "stop-line-wet-v0")
+        assert ("Hybrid HRL" in said) == ("Table I" in said) == (task == "stop-line-paper-v0")
 
 
 def test_a_checkpoint_of_another_scenario_is_noted_below_the_table() -> None:
@@ -261,6 +328,8 @@ def test_version_and_help() -> None:
         (["evaluate"], "Missing argument 'AGENT'"),
         (["evaluate", "rule-1", "rule-2", "rule-1"], "agent 'rule-1' is named twice; name each agent once"),
         (["evaluate", "rule-9"], "unknown agent 'rule-9'"),
+        (["evaluate", "rule-1", "--per-episode", "x.txt"], "cannot write episodes to 'x.txt'; write a name that ends"),
+        (["evaluate", "rule-1", *2 * ("--task", "stop-line-v0")], "task 'stop-line-v0' is named twice; name each"),
         (["evaluate", "rule-1", "--task", "x"], "unknown task 'x'; known tasks: stop-line-v0"),
         (["evaluate", "rule-1", "--episodes", "0"], "ask for 1 to"),
         (["evaluate", "rule-1", "--episodes", "many"], "'--episodes'"),
@@ -268,6 +337,9 @@ def test_version_and_help() -> None:
         (["evaluate", "rule-1", "ddqn", "--option", "ssl"], "ddqn: a flat agent has no option to hold; leave out"),
         (["evaluate", "rule-1", "--speed", "9"], "No such option"),
         (["evaluate", "nowhere:make"], "cannot import 'nowhere'"),
+        (["evaluate", "rule-1", "--task", "stop_line"], "unknown task 'stop_line', did you mean stop-line-v0; known"),
+        (["run", "--suite", "quik"], "unknown suite 'quik', did you mean quick; known suites"),
+        (["train", "hybrid_hlr"], "unknown method 'hybrid_hlr', did you mean hybrid-hrl; write one of"),
         (["run", "--suite", "slow"], "unknown suite 'slow'; known suites: quick"),
         (["train", "sarsa"], "unknown method 'sarsa'"),
         (["train", "ddqn", "--seeds", "4-2"], "write 2-4"),

@@ -184,3 +184,38 @@ def test_interrupts_that_are_ignored_are_ignored_further(tmp_path: Path) -> None
     ignoring = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)"
     ended = press(["-c", f"{ignoring}{PREFACE}\n    time.sleep(0.5)\n\nleave_on_interrupt(command)\n"], tmp_path, 0.2)
     assert (ended.code, ended.lines) == (0, [])
+
+
+EARLY = """
+import sys
+
+class Pressing:
+    def find_spec(self, name, path=None, target=None):
+        if name == "{}":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Pressing())
+from hhrl_bench.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize("moment", ["hhrl_bench.cli.interrupts", "hhrl_bench.cli.app"])
+def test_ctrl_c_is_said_in_one_line_while_the_first_modules_are_imported(moment: str, tmp_path: Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", EARLY.format(moment)],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", f"{LINE}\n")
+
+
+def test_no_more_than_a_few_quick_modules_are_imported_before_ctrl_c_is_heeded(tmp_path: Path) -> None:
+    code = "import sys; before = {*sys.modules}; import hhrl_bench; print(sorted({*sys.modules} - before))"
+    ended = subprocess.run(
+        [sys.executable, "-S", "-c", code], cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False
+    )
+    assert ended.stdout == "['hhrl_bench']\n"

@@ -146,7 +146,7 @@ def test_the_command_line_scores_against_an_opponent() -> None:
     assert record.results[0].traffic is not None
     table = invoke("evaluate", "rule-4", "--task", "adversary-v0", "--opponent", "rule-1", "--episodes", "20").stdout
     assert "The front vehicle is driven by rule-1." in table
-    assert "of the episodes feasible, success there" in table
+    assert "of the episodes were feasible, and" in table
     alone = invoke("evaluate", "rule-4", "--task", "adversary-v0", "--opponent", "scripted", "--episodes", "20").stdout
     assert "The front vehicle is scripted." in alone
     shared = invoke("evaluate", "rule-4", "--task", "platoon-v0", "--episodes", "20", "--json")

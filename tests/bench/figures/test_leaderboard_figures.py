@@ -91,14 +91,15 @@ def names(paths: Sequence[Path]) -> list[str]:
 
 
 def test_scores_and_rival_trainings_have_figures(tmp_path: Path) -> None:
-    scores = ["table-1-stop-line-v0", "time-and-comfort"]
-    assert names(save_leaderboard_figures(board(rules()), STORE, tmp_path)) == scores
     rivals = board(rules(), trainings(["hrl-0", "hybrid-hrl"]))
-    assert names(save_leaderboard_figures(rivals, STORE, tmp_path)) == [
-        *scores,
-        "training-outcomes",
-        "training-results",
-    ]
+    written = names(save_leaderboard_figures(rivals, STORE, tmp_path))
+    assert written == ["time-and-comfort", "training-outcomes", "training-results"]
+
+
+def test_table_one_is_drawn_beside_the_task_of_its_world_only(tmp_path: Path) -> None:
+    for task, figures in (("stop-line-paper-v0", ["table-1-stop-line-paper-v0"]), ("stop-line-v0", [])):
+        results = [one.model_copy(update={"task": task}) for one in rules()]
+        assert names(save_leaderboard_figures(board(results), STORE, tmp_path)) == [*figures, "time-and-comfort"]
 
 
 def test_many_trainings_on_one_task_have_a_figure_a_method(tmp_path: Path) -> None:
@@ -122,4 +123,4 @@ def test_equal_leaderboards_give_equal_files(tmp_path: Path) -> None:
     own = board(rules(), trainings(["hrl-0", "ddqn"]))
     first, again = ([path.read_bytes() for path in save_leaderboard_figures(own, STORE, tmp_path)] for _ in range(2))
     assert first == again
-    assert len(first) == 8
+    assert len(first) == 6

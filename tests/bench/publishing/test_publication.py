@@ -1,13 +1,14 @@
 """Publishing: entries verified before they are indexed or submitted, nothing half-done, everything else refused."""
 
 import json
+import os
 import shutil
 from pathlib import Path
 
 import pytest
 
 from hhrl_bench.leaderboard.entry import entry_schema, read_entry
-from hhrl_bench.publishing import publication
+from hhrl_bench.publishing import memory, publication
 from hhrl_bench.publishing.publication import IndexRecord
 from hhrl_bench.suites import suites
 from hhrl_bench.suites.suites import ScoreSuite
@@ -20,6 +21,11 @@ OWN = "import hhrl_agents\n\n\ndef make(scenario):\n    return hhrl_agents.RULES
 @pytest.fixture(autouse=True)
 def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(suites, "SUITES", {"tiny": TINY})
+
+
+@pytest.fixture(autouse=True)
+def nothing_remembered(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
 
 
 @pytest.fixture(scope="module")
@@ -215,3 +221,69 @@ def test_a_folder_without_entries_is_one_line(tmp_path: Path) -> None:
         result = invoke("leaderboard", *command)
         assert result.exit_code == 2
         assert len(result.stderr.splitlines()) == 1
+
+
+def built(folder: Path, *words: str) -> str:
+    """Return what a build that succeeds says of its work."""
+    result = invoke("leaderboard", "build", "--folder", str(folder), *words)
+    assert result.exit_code == 0, result.stdout
+    return result.stderr
+
+
+UNCHANGED = "nothing has changed since"
+
+
+def test_a_build_verifies_again_only_what_has_changed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copy(folder / "tiny.json", folder / "other.json")
+    assert UNCHANGED not in built(folder)
+    index = (folder / "INDEX.json").read_bytes()
+    said = built(folder)
+    assert said.count(UNCHANGED) == 2
+    assert "verify tiny.json" not in said
+    assert (folder / "INDEX.json").read_bytes() == index
+    assert UNCHANGED not in built(folder, "--again")
+    assert UNCHANGED not in built(folder, "--level", "recomputed"), "another level is another thing to verify"
+    (folder / "other.json").write_text((folder / "other.json").read_text().replace("+00:00", "+01:00"))
+    said = built(folder)
+    assert (said.count(UNCHANGED), "verify other.json" in said) == (1, True)
+    monkeypatch.setattr(memory, "software", lambda: {"numpy": "another one"})
+    assert UNCHANGED not in built(folder)
+
+
+def test_what_does_not_hold_is_not_passed_over_because_it_once_held(folder: Path) -> None:
+    built(folder)
+    (evidence, *_) = sorted((folder / "evidence").iterdir())
+    whole = evidence.read_bytes()
+    evidence.write_bytes(whole[:-1])
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 1
+    assert invoke("leaderboard", "build", "--folder", str(folder)).exit_code == 1
+    evidence.write_bytes(whole)
+    assert UNCHANGED in built(folder)
+
+
+def test_no_folder_of_entries_says_of_itself_that_it_was_verified(folder: Path) -> None:
+    built(folder)
+    (known,) = (Path(os.environ["XDG_CACHE_HOME"]) / "hhrl-bench" / "verified").iterdir()
+    known.rename(folder / "verified.json.txt")
+    assert UNCHANGED not in built(folder)
+    (known,) = (Path(os.environ["XDG_CACHE_HOME"]) / "hhrl-bench" / "verified").iterdir()
+    known.write_text("{}")
+    assert UNCHANGED not in built(folder)
+
+
+def test_without_a_cache_everything_is_verified(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    for _ in range(2):
+        assert UNCHANGED not in built(folder)
+
+
+def test_results_are_checked_side_by_side_to_the_same_words(folder: Path) -> None:
+    text = (folder / "tiny.json").read_text()
+    (folder / "tiny.json").write_text(text.replace('"not_stop": 1.0', '"not_stop": 0.5').replace("rule-plus", "rule-2"))
+    words = ("leaderboard", "verify", str(folder / "tiny.json"), "--level", "rerun", "--json")
+    alone, beside = invoke(*words), invoke(*words, "--jobs", "3")
+    assert (beside.exit_code, beside.stdout) == (alone.exit_code, alone.stdout) == (1, alone.stdout)
+    assert len(json.loads(alone.stdout)["findings"]) > 3
+    lines = [[line for line in one.stderr.splitlines() if line.startswith("verify ")] for one in (alone, beside)]
+    assert lines[0] == lines[1]

@@ -5,8 +5,10 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
+from hhrl_bench.evaluation.records import OpponentRecord, TrafficRecord
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.tables.markdown import suite_page
+from hhrl_bench.tables.results import results_table
 from hhrl_bench.tables.success import results_by_row, spans_tasks, success_table
 from hhrl_bench.tables.terminal import print_table
 from support.whole_board import AGENTS, whole_board
@@ -32,6 +34,23 @@ def test_every_agent_has_one_row_with_its_success_on_each_task() -> None:
         own = {one.task: one.metrics.success.mean or 0.0 for one in board.results if one.agent == row.name}
         assert [cell.value for cell in row.cells] == [f"{own[task.id]:.1%}" for task in board.tasks]
         assert all(f"{cell.value} " in printed(board, 200).replace("\n", " ") for cell in row.cells)
+
+
+def test_success_behind_an_opponent_is_what_it_is_everywhere_the_share_of_all_episodes() -> None:
+    board = whole_board()
+    task, first = board.tasks[0], board.results[0]
+    shares = {"feasible": first.metrics.not_stop, "success_feasible": first.metrics.collision}
+    behind = first.model_copy(update={"traffic": TrafficRecord(**shares)})
+    opponent = OpponentRecord(agent="adversary", checkpoint_sha256=None)
+    played = task.model_copy(update={"opponent": opponent})
+    board = board.model_copy(update={"tasks": (played, *board.tasks[1:]), "results": (behind, *board.results[1:])})
+    table = success_table(board.tasks, [board])
+    column = results_table(played, [behind])
+    (place,) = (place for place, one in enumerate(column.columns) if one.line == "success")
+    assert table.groups[0].rows[0].cells[0] == column.groups[0].rows[0].cells[place]
+    assert shares["feasible"].mean != first.metrics.success.mean != shares["success_feasible"].mean
+    said = f"stop-line-v0: behind adversary; {shares['feasible'].mean:.1%} of the episodes were feasible."
+    assert said in [note.text for note in table.notes]
 
 
 def test_what_was_not_played_is_a_dash() -> None:

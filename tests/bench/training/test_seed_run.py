@@ -25,8 +25,8 @@ def small() -> Iterator[None]:
 class Sick(DoubleDQNLearner):
     """A learner whose seed 2 is not finite after its second report begins."""
 
-    def train(self, env_steps: int) -> Iterator[Any]:
-        for progress in super().train(env_steps):
+    def train(self, env_steps: int, schedule_steps: int | None = None) -> Iterator[Any]:
+        for progress in super().train(env_steps, schedule_steps):
             yield progress
             self.parameters.online[:] = np.nan if self.seed == 2 else self.parameters.online
 

@@ -62,7 +62,7 @@ def test_the_command_trains_and_its_run_can_be_evaluated(tmp_path: Path) -> None
     assert trained.exit_code == 0, trained.stderr
     assert trained.stdout == f"{folder}\n"
     assert "2,400 of 2,400 validation success" in trained.stderr
-    assert {path.name for path in folder.iterdir()} == FILES
+    assert {path.name for path in folder.iterdir()} == FILES | {f"end-state-seed-{k}.safetensors" for k in (0, 2)}
     evaluated = invoke("evaluate", str(folder), "--episodes", "25", "--json")
     result = EvaluationRecord.model_validate_json(evaluated.stdout).results[0]
     assert (result.kind, result.seeds) == ("learned", (0, 2))
