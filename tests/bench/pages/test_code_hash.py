@@ -23,7 +23,6 @@ HARMLESS = {
     "hhrl_bench.locks": "keeps processes out of each other's way",
     "hhrl_bench.provenance": "describes a result that is there",
     "hhrl_bench.text": "names files",
-    "hhrl_bench.tracebacks": "shows where errors come from",
 }
 """Modules that a unit imports and that cannot change what it comes to, and why not."""
 
