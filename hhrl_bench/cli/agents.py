@@ -4,6 +4,7 @@ import json
 import shlex
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -91,7 +92,7 @@ def train(
     from hhrl_bench.tasks.seeds import parse_seeds
     from hhrl_bench.tasks.tasks import get_task
     from hhrl_bench.training import train as training
-    from hhrl_bench.training.extension import extends, with_span_of
+    from hhrl_bench.training.extension import extends, span_of
     from hhrl_bench.training.run_directory import RunDirectory
 
     announce_compiling()
@@ -108,7 +109,8 @@ def train(
         device=device,
         schedule_steps=schedule_steps,
     )
-    plan = with_span_of(plan, RunDirectory(folder)) if resume else plan
+    if resume and schedule_steps is None:
+        plan = replace(plan, schedule_steps=span_of(plan, RunDirectory(folder)))
     finished = resume and RunDirectory(folder).finished(plan.seeds) and not extends(plan, RunDirectory(folder))
     advise("the same command with --resume goes on from the last saved state")
     with progress(f"{method}, seeds {seeds}") as update:

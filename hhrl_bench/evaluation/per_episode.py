@@ -10,27 +10,21 @@ from typing import Any
 import numpy as np
 
 from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
-from hhrl_bench.evaluation.episodes import TrafficRecords
+from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.paired_evaluation import BATCH_ROWS, ScoredEpisodes, batches
 from hhrl_bench.schema import finite
 from hhrl_bench.tasks.tasks import Task
-from hhrl_envs import SUB_GOALS, Outcome, Simulator, get_scenario
-from hhrl_envs.arrays import Keys
+from hhrl_envs import Outcome, Simulator, get_scenario
 
 Row = dict[str, Any]
 """What a line says of an episode, by the names of the columns."""
 
-CAUSES: Mapping[Outcome, str] = {
-    Outcome.SUCCESS: "",
-    Outcome.TIMEOUT: "time limit",
-    Outcome.REAR_ENDED: "hit from behind",
-    **{goal.failure: f"failed to {goal.name}" for goal in SUB_GOALS},
-}
-"""Why an episode ended as it did: nothing if it succeeded, else which sub-goal failed or what else came."""
+NO_FRONT, AN_AGENT = "none", "agent"
+"""The profile where no vehicle is in front, and that of a front vehicle that an agent drives."""
 
-_NAMES = {int(option): name for name, option in OPTIONS.items()} | {-1: ""}
+_NAMES: Mapping[int, str | None] = {-1: None, **{int(option): name for name, option in OPTIONS.items()}}
 
 
 class EpisodeFile:
@@ -48,7 +42,7 @@ class EpisodeFile:
 
     def add(self, agent: str, task: Task, training_seed: int | None, played: ScoredEpisodes) -> None:
         """Add the episodes that one policy of an agent has played on a task."""
-        first = {"task": task.id, "agent": agent, "training_seed": training_seed}
+        first = {"agent": agent, "training_seed": training_seed, "task": task.id}
         self._rows += [{**first, **row} for row in episode_rows(task, played)]
 
     def write(self) -> None:
@@ -59,39 +53,40 @@ class EpisodeFile:
 def episode_rows(task: Task, played: ScoredEpisodes) -> Iterator[Row]:
     """Yield what there is to say of every episode, in their order.
 
-    ``profile``: the families of the scripted front vehicles, the nearest first; ``last_option``: what a hierarchical
-    agent had selected for the first vehicle that it drives when the episode ended; ``feasible``: where front vehicles
-    are agents, whether some ego could have succeeded; then every metric that is no rate.
+    ``feasible``: whether some ego could have succeeded; ``profile``: the family of the driver in front of the ego, and
+    ``profiles`` those of all in front, nearest first; ``cause``: how the episode failed, None if it did not;
+    ``last_option``: what a hierarchical agent had selected at its end; then every metric that is no rate.
     """
     records, trace = played
     last = trace.options[np.cumsum(trace.steps) - 1, 0]
     metrics = {key: metric.values(records) for key, metric in METRICS.items() if not metric.is_rate and key != "steps"}
-    traffic = records if isinstance(records, TrafficRecords) else None
-    agents = 1 if traffic is None else traffic.outcomes.shape[1]
-    for episode, profile in enumerate(profiles(task, records.seed, agents - 1)):
+    for episode, (feasible, families) in enumerate(_worlds(task, records)):
         outcome = Outcome(int(records.outcome[episode]))
         yield {
             "episode": episode,
             "world_seed": int(records.seed[episode]),
+            "feasible": feasible,
+            "profile": families[0] if families else NO_FRONT,
+            "profiles": "+".join(families) or NO_FRONT,
             "outcome": outcome.name.lower(),
-            "cause": CAUSES[outcome],
-            "profile": profile,
+            "cause": None if outcome == Outcome.SUCCESS else outcome.name.lower(),
             "last_option": _NAMES[int(last[episode])],
             "steps": int(records.steps[episode]),
-            "feasible": None if traffic is None else bool(traffic.feasible[episode]),
             **finite({key: float(values[episode]) for key, values in metrics.items()}),
         }
 
 
-def profiles(task: Task, seeds: Keys, learned_fronts: int) -> Iterator[str]:
-    """Yield the families of the scripted front vehicles of every world uint64 [N], the nearest first."""
-    simulator = Simulator(get_scenario(task.scenario), min(BATCH_ROWS, len(seeds)), learned_fronts=learned_fronts)
-    left = len(seeds)
-    for batch in batches(seeds, simulator.num_rows):
+def _worlds(task: Task, records: EpisodeRecords) -> Iterator[tuple[bool, list[str]]]:
+    """Yield of every episode whether it was feasible, and the families of the drivers in front, nearest first."""
+    traffic = records if isinstance(records, TrafficRecords) else None
+    agents = 0 if traffic is None else traffic.outcomes.shape[1] - 1
+    simulator = Simulator(get_scenario(task.scenario), min(BATCH_ROWS, len(records)), learned_fronts=agents)
+    for first, batch in zip(range(0, len(records), BATCH_ROWS), batches(records.seed, simulator.num_rows), strict=True):
         simulator.reset(batch)
-        for row in range(min(left, len(batch))):
-            yield " ".join(str(one["family"]) for one in simulator.profiles(row)[learned_fronts:])
-        left -= len(batch)
+        feasible = simulator.feasible if traffic is None else traffic.feasible[first:]
+        for row in range(min(len(batch), len(records) - first)):
+            scripted = [str(one["family"]) for one in simulator.profiles(row)[agents:]]
+            yield bool(feasible[row]), [AN_AGENT] * agents + scripted
 
 
 def _csv(rows: list[Row]) -> str:

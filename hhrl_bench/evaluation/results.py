@@ -1,6 +1,7 @@
 """Results: the runs of one agent on one task, and what they come to."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import get_args
 
 import numpy as np
@@ -76,9 +77,7 @@ def evaluate_agent(
         before = len(runs) * episodes
         try:
             with loaded:
-                played = play_task(
-                    loaded.agent, task, seeds, held, lambda count, before=before: update(before + count, total, "")
-                )
+                played = play_task(loaded.agent, task, seeds, held, partial(_ended, update, before, total))
         except AgentError as error:
             raise type(error)(f"{source}: {error}") from error
         records.append(played.records)
@@ -87,6 +86,10 @@ def evaluate_agent(
         played_by(loaded.training.seed if loaded.training else None, played)
         update(before + episodes, total, f"success {runs[-1].metrics.success:.1%}")
     return result_record(source, agents[0].kind, task, option, runs, records)
+
+
+def _ended(update: Update, before: int, total: int, count: int) -> None:
+    update(before + count, total, "")
 
 
 def result_record(

@@ -96,9 +96,10 @@ class ProgressFolder:
             write_atomically(self._study, study.model_dump_json(indent=2) + "\n")
             try:
                 yield
-            finally:
+            except BaseException:
                 if not any(self.path.glob("*.unit.json")):
                     self._study.unlink(missing_ok=True)
+                raise
 
     @contextmanager
     def at_work(self) -> Iterator[None]:

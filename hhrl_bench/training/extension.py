@@ -5,29 +5,47 @@ a training that is extended leaves the files of one that was longer from the sta
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from hhrl_agents.atomic_files import OutputError
+from hhrl_agents.methods.method import Method
 from hhrl_bench.training.run_directory import RunDirectory, as_read
 from hhrl_bench.training.saved_state import SeedRun, StateFile, TrainingState
-
-if TYPE_CHECKING:
-    from hhrl_bench.training.train import Plan
 
 _STEPS = ("env_steps", "schedule_steps")
 
 
-def with_span_of(plan: "Plan", directory: RunDirectory) -> "Plan":
-    """Return a plan with the span of the schedules of the same training in its folder, if there is a shorter one."""
+class Planned(Protocol):
+    """What is known of a training; see :class:`hhrl_bench.training.train.Plan`."""
+
+    @property
+    def method(self) -> Method:
+        """The method."""
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Training seeds."""
+
+    @property
+    def env_steps(self) -> int:
+        """Budget of a seed."""
+
+    @property
+    def span(self) -> int:
+        """Over how many steps exploration and learning rate change."""
+
+    def config(self) -> dict[str, Any]:
+        """Return what all seeds share, as JSON data."""
+
+
+def span_of(plan: Planned, directory: RunDirectory) -> int | None:
+    """Return the span of the schedules of the same training in a folder, if one of no more steps is there."""
     held = directory.config()
-    if plan.schedule_steps is not None or not _is_alike(held, plan) or held["env_steps"] > plan.env_steps:
-        return plan
-    return replace(plan, schedule_steps=_span(held))
+    return _span(held) if _is_alike(held, plan) and held["env_steps"] <= plan.env_steps else None
 
 
-def extends(plan: "Plan", directory: RunDirectory) -> bool:
+def extends(plan: Planned, directory: RunDirectory) -> bool:
     """Return whether a plan is that of the training in its folder, but longer.
 
     Raises:
@@ -49,7 +67,7 @@ def extends(plan: "Plan", directory: RunDirectory) -> bool:
     return True
 
 
-def extend(plan: "Plan", directory: RunDirectory) -> None:
+def extend(plan: Planned, directory: RunDirectory) -> None:
     """Make the finished training in a plan's folder the plan's own, unfinished, at the state that it was left in.
 
     If this is stopped it can be done again.
@@ -78,7 +96,7 @@ def extend(plan: "Plan", directory: RunDirectory) -> None:
     directory.write_config(plan.config())
 
 
-def _end_state(directory: RunDirectory, held: Mapping[str, Any], plan: "Plan", seed: int) -> TrainingState:
+def _end_state(directory: RunDirectory, held: Mapping[str, Any], plan: Planned, seed: int) -> TrainingState:
     path = directory.end_state(seed)
     if not path.exists():
         raise OutputError(
@@ -102,9 +120,9 @@ def _ends_at_a_report(run: SeedRun, every: int) -> bool:
     return all(last // every > before // every for before, last in pairwise(steps))
 
 
-def _is_alike(held: Mapping[str, Any], plan: "Plan") -> bool:
+def _is_alike(held: Mapping[str, Any], plan: Planned) -> bool:
     """Return whether a config is that of a plan, however many steps they have."""
-    return bool(held) and _without_steps(held) == _without_steps(as_read(plan.config()))
+    return isinstance(held.get("env_steps"), int) and _without_steps(held) == _without_steps(as_read(plan.config()))
 
 
 def _without_steps(config: Mapping[str, Any]) -> dict[str, Any]:

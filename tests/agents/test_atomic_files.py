@@ -7,6 +7,7 @@ import pytest
 from hhrl_agents.atomic_files import (
     FRAGMENT_SECONDS,
     OutputError,
+    filled_folder,
     is_fragment,
     remove_fragments,
     require_writable,
@@ -47,9 +48,32 @@ def test_what_cannot_be_written_is_said_before_the_work(tmp_path: Path) -> None:
     assert names(tmp_path) == ["file"]
 
 
-def test_a_try_leaves_no_file(tmp_path: Path) -> None:
-    require_writable(tmp_path / "new" / "a")
-    assert names(tmp_path / "new") == []
+def test_a_try_leaves_neither_file_nor_folder(tmp_path: Path) -> None:
+    require_writable(tmp_path / "new" / "newer" / "a")
+    assert names(tmp_path) == []
+    (tmp_path / "old").mkdir()
+    require_writable(tmp_path / "old" / "a")
+    assert names(tmp_path / "old") == []
+
+
+def test_the_folder_of_a_file_is_made_with_it_or_not_at_all(tmp_path: Path) -> None:
+    write_atomically(tmp_path / "new" / "newer" / "a", "text")
+    assert names(tmp_path / "new" / "newer") == ["a"]
+    with pytest.raises(OutputError, match="cannot write"):
+        write_atomically(tmp_path / "other" / "newer" / ("a" * 300), "text")
+    assert names(tmp_path) == ["new"]
+
+
+def test_a_folder_is_filled_at_once_or_not_at_all(tmp_path: Path) -> None:
+    with filled_folder(tmp_path / "new") as new:
+        (new / "a").write_text("a")
+        assert not (tmp_path / "new" / "a").exists()
+        (new / "b").write_text("b")
+    assert names(tmp_path / "new") == ["a", "b"]
+    for folder, kept in (("new", ["a", "b"]), ("other", [])):
+        with pytest.raises(FileNotFoundError), filled_folder(tmp_path / folder) as new:
+            (new / "c").write_text("c"), (new / "nowhere" / "d").write_text("d")
+        assert names(tmp_path / folder) == kept if kept else not (tmp_path / folder).exists()
 
 
 def test_an_interrupt_leaves_what_was_there_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

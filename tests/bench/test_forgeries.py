@@ -24,7 +24,7 @@ from hhrl_bench.evaluation.evidence import Evidence, unpack
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.level import Level
-from hhrl_bench.publishing.publication import check_index, write_index
+from hhrl_bench.publishing.publication import check_index, verified_now, write_index
 from hhrl_bench.schema import sha256_of
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.verification.checked_result import replay
@@ -430,7 +430,7 @@ def test_evidence_that_unpacks_to_more_than_its_episodes_is_not_unpacked(honest:
 @pytest.fixture
 def index(board: Board) -> Path:
     """The index of a folder with the entry."""
-    write_index(board.path.parent, {board.path.name: Level.REPLAYED}, "hhrl-bench leaderboard build")
+    write_index(board.path.parent, {board.path.name: verified_now(Level.REPLAYED, "hhrl-bench leaderboard build")})
     assert list(check_index(board.path.parent)) == []
     return board.path.parent / "INDEX.json"
 
@@ -451,6 +451,8 @@ def test_every_field_of_an_index_follows_from_its_entries(index: Path, field: st
 
 def test_a_level_in_an_index_is_that_of_the_build(board: Board, index: Path) -> None:
     index.write_text(index.read_text().replace("replayed", "retrained"))
-    found = write_index(board.path.parent, {board.path.name: Level.SCHEMA}, "hhrl-bench leaderboard build")
+    found = write_index(
+        board.path.parent, {board.path.name: verified_now(Level.SCHEMA, "hhrl-bench leaderboard build")}
+    )
     assert found.entries[0].verified.level == Level.SCHEMA
     assert found.entries[0].verified.command == "hhrl-bench leaderboard build"

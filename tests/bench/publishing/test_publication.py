@@ -284,6 +284,6 @@ def test_results_are_checked_side_by_side_to_the_same_words(folder: Path) -> Non
     words = ("leaderboard", "verify", str(folder / "tiny.json"), "--level", "rerun", "--json")
     alone, beside = invoke(*words), invoke(*words, "--jobs", "3")
     assert (beside.exit_code, beside.stdout) == (alone.exit_code, alone.stdout) == (1, alone.stdout)
-    assert len(json.loads(alone.stdout)["findings"]) > 3
+    assert len(json.loads(alone.stdout)["findings"]) >= 3
     lines = [[line for line in one.stderr.splitlines() if line.startswith("verify ")] for one in (alone, beside)]
     assert lines[0] == lines[1]

@@ -38,19 +38,18 @@ def test_every_agent_has_one_row_with_its_success_on_each_task() -> None:
 
 def test_success_behind_an_opponent_is_what_it_is_everywhere_the_share_of_all_episodes() -> None:
     board = whole_board()
-    task, first = board.tasks[0], board.results[0]
-    shares = {"feasible": first.metrics.not_stop, "success_feasible": first.metrics.collision}
-    behind = first.model_copy(update={"traffic": TrafficRecord(**shares)})
+    (own,) = (one for one in board.on(board.tasks[0]) if one.agent == "rule-2")
+    shares = TrafficRecord(feasible=own.metrics.collision, success_feasible=own.metrics.timeout)
+    behind = own.model_copy(update={"traffic": shares})
     opponent = OpponentRecord(agent="adversary", checkpoint_sha256=None)
-    played = task.model_copy(update={"opponent": opponent})
-    board = board.model_copy(update={"tasks": (played, *board.tasks[1:]), "results": (behind, *board.results[1:])})
-    table = success_table(board.tasks, [board])
-    column = results_table(played, [behind])
-    (place,) = (place for place, one in enumerate(column.columns) if one.line == "success")
-    assert table.groups[0].rows[0].cells[0] == column.groups[0].rows[0].cells[place]
-    assert shares["feasible"].mean != first.metrics.success.mean != shares["success_feasible"].mean
-    said = f"stop-line-v0: behind adversary; {shares['feasible'].mean:.1%} of the episodes were feasible."
-    assert said in [note.text for note in table.notes]
+    task = board.tasks[0].model_copy(update={"opponent": opponent})
+    board = board.model_copy(update={"tasks": (task,), "results": (behind,)})
+    across, alone = success_table([task], [board]), results_table(task, [behind])
+    (place,) = (place for place, one in enumerate(alone.columns) if one.line == "success")
+    assert across.groups[0].rows[0].cells == (alone.groups[0].rows[0].cells[place],)
+    assert own.metrics.success.mean not in {shares.feasible.mean, shares.success_feasible.mean}
+    said = f"stop-line-v0: behind adversary; {shares.feasible.mean:.1%} of the episodes were feasible."
+    assert said in [note.text for note in across.notes]
 
 
 def test_what_was_not_played_is_a_dash() -> None:

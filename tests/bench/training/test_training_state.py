@@ -122,7 +122,7 @@ def test_a_finished_training_says_so(whole: Path) -> None:
     assert said.stderr == f"hhrl-bench: {whole} holds seeds 0,2 already, their training is finished\n"
     longer = invoke("train", "ddqn", "--seeds", "0,2", "--env-steps", "5000", "--out", str(whole), "--resume")
     assert longer.exit_code == 2
-    assert "holds a run of another configuration" in longer.stderr
+    assert "seed 0 has left no state there" in longer.stderr
     assert contents(whole) == before
 
 
