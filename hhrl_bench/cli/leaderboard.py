@@ -13,7 +13,6 @@ from hhrl_bench.cli.options import JsonOption
 from hhrl_bench.leaderboard.level import Level
 
 if TYPE_CHECKING:
-    from hhrl_bench.evaluation.store import Store
     from hhrl_bench.leaderboard.findings import Finding
     from hhrl_bench.leaderboard.record import LeaderboardRecord
 
@@ -66,6 +65,7 @@ def verify(
         raise typer.BadParameter(
             f"--level {level} runs no agent again; write --level rerun or --level retrained", param_hint="--sample"
         )
+    from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_bench.leaderboard.entry_files import INDEX, entry_paths
     from hhrl_bench.publishing.publication import check_index
 
@@ -76,7 +76,9 @@ def verify(
         if path.is_dir():
             found.append(_Verified(path / INDEX, list(check_index(path)), None))
         files = entry_paths(path) if path.is_dir() else [path]
-        found += [_verify_entry(file, level, sample, fresh, drawn) for file in files]
+        for file in files:
+            board = read_entry(file)
+            found.append(_verify_entry(file, board, level, sample, fresh, drawn, published=path.is_dir()))
     if as_json:
         rows = [{"entry": str(one.path), **finding._asdict()} for one in found for finding in one.findings]
         verified = {str(one.path): one.level for one in found if one.level}
@@ -92,20 +94,18 @@ def verify(
 @leaderboard_app.command()
 def build(folder: FolderOption = FOLDER, level: LevelOption = Level.REPLAYED) -> None:
     """Verify every entry in a folder, then write its INDEX.json, its schema.json and a page of tables a suite."""
-    from hhrl_agents.atomic_files import write_atomically
+    from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_bench.leaderboard.entry_files import INDEX, entry_paths
-    from hhrl_bench.publishing.publication import of_suite, write_index
-    from hhrl_bench.tables.markdown import suite_page
+    from hhrl_bench.publishing.publication import VerifiedEntry, write_index
 
     announce_compiling()
-    found = [_verify_entry(path, level) for path in entry_paths(folder)]
+    boards = {path: read_entry(path) for path in entry_paths(folder)}
+    found = [_verify_entry(path, board, level, published=True) for path, board in boards.items()]
     _print_verified(found)
     if any(one.findings for one in found):
         raise typer.Exit(1)
-    command = f"hhrl-bench leaderboard build --level {level}"
-    index = write_index(folder, {one.path.name: one.level for one in found if one.level}, command)
-    for suite in dict.fromkeys(entry.suite for entry in index.entries):
-        write_atomically(folder / f"{suite}.md", suite_page(of_suite(folder, suite)))
+    verified = {one.path.name: VerifiedEntry(boards[one.path], one.level) for one in found if one.level}
+    index = write_index(folder, verified, level)
     typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)
 
 
@@ -121,9 +121,9 @@ def submit(
     from hhrl_bench.publishing.publication import require_submittable
 
     announce_compiling()
-    board = read_entry(file)
+    board = read_entry(file)  # once: what is verified is what is published, whatever becomes of the file
     require_submittable(board, name, folder)
-    found = _verify_entry(file, Level.RERUN)
+    found = _verify_entry(file, board, Level.RERUN)
     _print_verified([found])
     if found.findings:
         typer.echo("hhrl-bench: nothing was submitted", err=True)
@@ -150,41 +150,48 @@ class _Verified(NamedTuple):
 
 
 def _verify_entry(
-    path: Path, level: Level, sample: int | None = None, fresh: int | None = None, seed: int = 0
+    path: Path,
+    board: "LeaderboardRecord",
+    level: Level,
+    sample: int | None = None,
+    fresh: int | None = None,
+    seed: int = 0,
+    *,
+    published: bool = False,
 ) -> _Verified:
+    """Verify what was read from a path; of one in a folder of ``published`` entries also that its suite makes it."""
     from hhrl_bench.evaluation.store import Store
-    from hhrl_bench.leaderboard.entry import check_spelling, read_entry
+    from hhrl_bench.leaderboard.entry import check_spelling
+    from hhrl_bench.publishing.publication import check_suite
     from hhrl_bench.verification import verify as verification
     from hhrl_bench.verification.rerun import check_fresh
 
-    board, store = read_entry(path), Store(path.parent)
+    store = Store(path.parent)
     with progress(f"verify {path.name}") as update:
         found = list(verification.verify(board, store, level, update, sample, seed))
         if fresh is not None and not found:
             found += check_fresh(board, store, fresh, seed, update)
     found += check_spelling(path, board)
+    found += check_suite(path.stem, board) if published else ()
     if found:
         return _Verified(path, list(dict.fromkeys(found)), None)
-    return _Verified(path, [], _reached(path, board, store, level, scored=fresh is not None))
+    _say_left_out(path, board, level, scored=fresh is not None)
+    return _Verified(path, [], verification.reached(board, level))
 
 
-def _reached(path: Path, board: "LeaderboardRecord", store: "Store", level: Level, *, scored: bool) -> Level:
-    """Return how far an entry was verified, and say what could not be run or trained again."""
-    from hhrl_bench.verification.checked_result import checked_results
-    from hhrl_bench.verification.retrained import trained_seeds
+def _say_left_out(path: Path, board: "LeaderboardRecord", level: Level, *, scored: bool) -> None:
+    """Say what of an entry could not be run or trained again."""
+    from hhrl_bench.verification.identity import playable, repeatable
 
-    own = [one for one in checked_results(board, store) if not one.playable]
+    own = [result for result in board.results if not playable(result, checkpoints=board.checkpoints_published)]
     if own and (level.includes(Level.RERUN) or scored):
         why = "they are a user's own code" if board.checkpoints_published else "their checkpoints are not published"
         typer.echo(f"hhrl-bench: {path}: {len(own)} of {len(board.results)} results were not run: {why}", err=True)
-    seeds = trained_seeds(board)
-    rounded = [one for one in seeds if not one.training.exact]
-    if rounded and level.includes(Level.RETRAINED):
-        why = "their library rounds differently on other machines"
-        typer.echo(f"hhrl-bench: {path}: {len(rounded)} of {len(seeds)} seeds were not trained: {why}", err=True)
-    if own:
-        return level.at_most(Level.REPLAYED)
-    return level.at_most(Level.RERUN) if rounded else level
+    trainings = [run.training for result in board.results for run in result.runs if run.training]
+    left_out = sum(not repeatable(training) for training in trainings)
+    if left_out and level.includes(Level.RETRAINED):
+        why = "they round differently on other machines, or say no budget"
+        typer.echo(f"hhrl-bench: {path}: {left_out} of {len(trainings)} seeds were not trained: {why}", err=True)
 
 
 def _print_verified(found: Sequence[_Verified]) -> None:

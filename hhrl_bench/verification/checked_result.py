@@ -30,7 +30,7 @@ from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import Record
 from hhrl_bench.tasks.tasks import SCRIPTED, Task, get_task
-from hhrl_bench.verification.identity import named
+from hhrl_bench.verification.identity import playable
 from hhrl_envs import Option, Scenario, get_scenario
 from hhrl_envs.arrays import Keys
 
@@ -84,7 +84,7 @@ class CheckedResult:
         """Return what differs from the whole numbers of the evidence, from the checkpoints, and within the result."""
         for place, run in self.runs():
             try:
-                self.evidence.append(self._evidence(run))
+                self.evidence.append(self.read(run))
             except RecordError as error:
                 self.evidence.append(None)
                 yield Finding(f"{place}.evidence_sha256", str(error))
@@ -122,23 +122,19 @@ class CheckedResult:
     @property
     def playable(self) -> bool:
         """Whether its agents can be run again: they are rules, or their checkpoints are there."""
-        kind = named(self.result.agent).kind
-        return kind == "rule" or (kind == "learned" and self.checkpoints)
+        return playable(self.result, checkpoints=self.checkpoints)
 
     @property
     def readable(self) -> bool:
         """Whether the evidence of every run has been read."""
         return len(self.evidence) == len(self.result.runs) and None not in self.evidence
 
-    def forget(self) -> None:
-        """Drop what was read, which may be much of all results together."""
-        self.evidence.clear()
+    def read(self, run: RunRecord) -> Evidence:
+        """Return the evidence of a run.
 
-    def runs(self) -> list[tuple[str, RunRecord]]:
-        """Return the runs with their places."""
-        return [(f"{self.place}.runs[{index}]", run) for index, run in enumerate(self.result.runs)]
-
-    def _evidence(self, run: RunRecord) -> Evidence:
+        Raises:
+            RecordError: if it is missing, damaged, too large, or of another number of episodes.
+        """
         if run.evidence_sha256 is None:
             raise RecordError("no evidence is kept of this run")
         path = self.store.evidence(run.evidence_sha256)
@@ -149,6 +145,14 @@ class CheckedResult:
         if len(evidence.trace.steps) != self.task_record.episodes:
             raise RecordError(f"{path.name} has {len(evidence.trace.steps)} episodes, not {self.task_record.episodes}")
         return evidence
+
+    def forget(self) -> None:
+        """Drop what was read, which may be much of all results together."""
+        self.evidence.clear()
+
+    def runs(self) -> list[tuple[str, RunRecord]]:
+        """Return the runs with their places."""
+        return [(f"{self.place}.runs[{index}]", run) for index, run in enumerate(self.result.runs)]
 
     @property
     def _evidence_bytes(self) -> int:
