@@ -1,10 +1,11 @@
 """The record of a leaderboard file, and the parts of it that follow from the others."""
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, JsonValue, ValidationError, model_validator
+from pydantic import AfterValidator, Field, JsonValue, ValidationError, model_validator
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.evidence import read_evidence
@@ -27,12 +28,22 @@ MAX_EPISODES = 1_000_000
 """Episodes of all runs of an entry."""
 
 
+MAX_SETTINGS = 2**16
+"""Letters of all settings of a method."""
+
+
+def _short(config: dict[str, JsonValue]) -> dict[str, JsonValue]:
+    if len(json.dumps(config)) > MAX_SETTINGS:
+        raise ValueError(f"a method's settings are longer than {MAX_SETTINGS:,} letters")
+    return config
+
+
 class MethodRecord(Record):
     """A method: all of its settings, and their hash."""
 
     id: Name
     config_hash: Name
-    config: dict[str, JsonValue]
+    config: Annotated[dict[str, JsonValue], AfterValidator(_short)]
 
 
 class LeaderboardRecord(Record):
@@ -52,7 +63,7 @@ class LeaderboardRecord(Record):
     tasks: Annotated[tuple[TaskRecord, ...], FIRST, Field(min_length=1, max_length=100)]
     results: Annotated[tuple[ResultRecord, ...], FIRST, Field(max_length=MAX_RESULTS)]
     checkpoints_published: bool = True
-    methods: Annotated[tuple[MethodRecord, ...], FIRST] = ()
+    methods: Annotated[tuple[MethodRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()
     comparisons: Annotated[tuple[PairwiseRecord, ...], FIRST] = ()
     transfer: TransferSetRecord | None = None
     trainings: Annotated[tuple[TrainingOutcomesRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()

@@ -29,10 +29,9 @@ def rerun(checked: CheckedResult) -> Iterator[Finding]:
     """Return the runs that decide otherwise in some episode, run again, of a result that is playable."""
     if not checked.playable:
         return
-    for (place, run), evidence in zip(checked.runs(), checked.evidence, strict=True):
-        if evidence is None:
-            continue
-        yield from decides_otherwise(place, checked, run, evidence.trace)
+    for (place, run), known in zip(checked.runs(), checked.known, strict=True):
+        if known is not None:
+            yield from decides_otherwise(place, checked, run, checked.read(run).trace)
 
 
 def decides_otherwise(place: str, checked: CheckedResult, run: RunRecord, trace: Trace) -> Iterator[Finding]:

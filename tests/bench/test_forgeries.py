@@ -215,6 +215,18 @@ def many_arms(board: Board) -> None:
     board.put("trainings", value=[curve | {"method": f"method-{index}"} for index in range(501)])
 
 
+def long_header(board: Board) -> None:
+    """A checkpoint that is all header: reading it as JSON would take much more than its bytes."""
+    header = b'{"__metadata__":{"hhrl-checkpoint":"[' + b"[]," * 500_000 + b'0]"}}'
+    sha256 = board.store.add_checkpoint(len(header).to_bytes(8, "little") + header)
+    board.put("results", DDQN, "runs", 0, "checkpoint_sha256", value=sha256)
+
+
+def long_header_of_evidence(board: Board) -> None:
+    header = b'{"__metadata__":{' + b",".join(b'"%d":""' % key for key in range(50_000)) + b"}}"
+    board.add_evidence(RULE, len(header).to_bytes(8, "little") + header)
+
+
 def turned(array: str) -> Forge:
     def forge(board: Board) -> None:
         values = np.asarray(getattr(board.evidence(RULE), array))
@@ -477,6 +489,23 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     # bombs
     "evidence with an appendix": (bomb, RECOMPUTED, "results[0].runs[0].evidence_sha256"),
     "evidence of zeros": (bomb_under_its_own_hash, RECOMPUTED, "results[0].runs[0].evidence_sha256"),
+    "a checkpoint that is all header": (long_header, RECOMPUTED, "results[1].runs[0].checkpoint_sha256"),
+    "evidence that is all header": (
+        long_header_of_evidence,
+        RECOMPUTED,
+        "results[0].runs[0].evidence_sha256",
+    ),
+    "settings that fill a book": (
+        with_value("methods", 0, "config", value={"a": [[]] * 100_000}),
+        SCHEMA,
+        "methods.0.config",
+    ),
+    "too many names": (
+        with_value("provenance", "wall_seconds", value={f"{one}": 0.0 for one in range(1001)}),
+        SCHEMA,
+        "an object has 1,001 names",
+    ),
+    "a million results that are none": (with_value("results", value=[[]] * 1_000_000), SCHEMA, "results.0: "),
     "too many results": (many_results(501), SCHEMA, "results"),
     "too many results on a task": (many_results(51), SCHEMA, "stop-line-v0 has 51 results"),
     "too many runs": (many_runs, SCHEMA, "results.1.runs"),
