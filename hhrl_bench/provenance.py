@@ -12,24 +12,27 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, StringConstraints
 
 import hhrl_agents
 import hhrl_bench
 import hhrl_envs
 from hhrl_bench.extensions import extension_hashes
-from hhrl_bench.schema import Commit, Name, Positive, Record, sha256_of
+from hhrl_bench.schema import Commit, Label, Name, Positive, Record, sha256_of
 
 PACKAGES = ("numpy", "numba", "scipy", "gymnasium", "pettingzoo", "torch", "safetensors", "pydantic")
+
+
+Moment = Annotated[str, StringConstraints(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}\+00:00$")]
 
 
 class HardwareRecord(Record):
     """The machine, without its name."""
 
-    processor: str
+    processor: Label
     cores: Positive
-    machine: str
-    system: str
+    machine: Label
+    system: Label
 
 
 def git_commit(package: Path) -> str | None:
@@ -51,12 +54,12 @@ class ProvenanceRecord(Record):
 
     command: Name
     executor: Name = "local"
-    created: str
-    wall_seconds: dict[str, Annotated[float, Field(allow_inf_nan=False, ge=0.0)]]
-    package_version: str
+    created: Moment
+    wall_seconds: dict[Label, Annotated[float, Field(allow_inf_nan=False, ge=0.0)]]
+    package_version: Name
     git_commit: Commit | None
     hardware: HardwareRecord
-    versions: dict[str, str]
+    versions: Annotated[dict[Name, Name], Field(max_length=100)]
 
 
 def provenance(command: str, wall_seconds: Mapping[str, float], executor: str = "local") -> ProvenanceRecord:

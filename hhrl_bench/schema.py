@@ -1,12 +1,13 @@
 """What the records of all files share: types of fields, strictness, and what is said of a wrong one, in one line."""
 
 import hashlib
+import json
 import math
 import unicodedata
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, FailFast, Field, StringConstraints, ValidationError
 
 from hhrl_envs import SUB_GOALS, Outcome
 from hhrl_envs.errors import one_line
@@ -38,12 +39,12 @@ def _shown(text: str) -> str:
 
 
 _LINE_ENDS = "\N{LINE SEPARATOR}\N{PARAGRAPH SEPARATOR}"
-Name = Annotated[
-    str,
-    StringConstraints(min_length=1, max_length=500, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$"),
-    AfterValidator(_shown),
-]
+_SHOWN = r"^[^\x00-\x1f\x7f-\x9f]*$"
+Name = Annotated[str, StringConstraints(min_length=1, max_length=500, pattern=_SHOWN), AfterValidator(_shown)]
 """No name holds a sign that might be a line end, a command to a terminal, or turn the order of others."""
+
+Label = Annotated[str, StringConstraints(max_length=1100, pattern=_SHOWN), AfterValidator(_shown)]
+"""The same, or nothing, or two names together."""
 
 STEM = r"[a-z0-9][a-z0-9-]{0,60}"
 """How what an entry or a suite is called is spelled: it is the name of files."""
@@ -69,6 +70,31 @@ MAX_SEEDS = 100
 
 MAX_REPORTS = 10_000
 """Reports of a learning curve."""
+
+MAX_KEYS = 1000
+"""Names in an object of JSON."""
+
+FIRST = FailFast()
+"""Of the items of a list, only the first one that is wrong is told: a file may hold millions of them."""
+
+
+def require_plain(data: bytes) -> None:
+    """Raise a ``ValueError`` unless some content is JSON in which no object has more than MAX_KEYS names, each once.
+
+    What is wrong with every name of an object is told, so there must not be millions of them.
+    """
+    try:
+        json.loads(data.decode(), object_pairs_hook=_require_few)
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
+
+
+def _require_few(pairs: list[tuple[str, object]]) -> None:
+    if len(pairs) > MAX_KEYS:
+        raise ValueError(f"an object has {len(pairs):,} names; write at most {MAX_KEYS:,}")
+    if len(dict(pairs)) < len(pairs):
+        raise ValueError("an object has a name twice; keep one")
+
 
 if TYPE_CHECKING:
     OptionName = str

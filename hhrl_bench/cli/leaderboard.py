@@ -13,11 +13,10 @@ from hhrl_bench.cli.options import JsonOption
 from hhrl_bench.leaderboard.level import Level
 
 if TYPE_CHECKING:
-    from hhrl_bench.evaluation.store import Store
     from hhrl_bench.execution.pools import Each
     from hhrl_bench.leaderboard.findings import Finding
     from hhrl_bench.leaderboard.record import LeaderboardRecord
-    from hhrl_bench.publishing.publication import VerifiedRecord
+    from hhrl_bench.publishing.publication import VerifiedEntry
 
 leaderboard_app = typer.Typer(help="Read, verify and publish leaderboards.")
 
@@ -71,6 +70,7 @@ def verify(
             f"--level {level} runs no agent again; write --level rerun or --level retrained", param_hint="--sample"
         )
     from hhrl_bench.execution.pools import mapping
+    from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_bench.leaderboard.entry_files import INDEX, entry_paths
     from hhrl_bench.publishing.publication import check_index
 
@@ -81,8 +81,9 @@ def verify(
         for path in paths or [FOLDER]:
             if path.is_dir():
                 found.append(_Verified(path / INDEX, list(check_index(path)), None))
-            files = entry_paths(path) if path.is_dir() else [path]
-            found += [_verify_entry(file, level, each, sample, fresh, drawn) for file in files]
+            for file in entry_paths(path) if path.is_dir() else [path]:
+                board, published = read_entry(file), path.is_dir()
+                found.append(_verify_entry(file, board, level, each, sample, fresh, drawn, published=published))
     if as_json:
         rows = [{"entry": str(one.path), **finding._asdict()} for one in found for finding in one.findings]
         verified = {str(one.path): one.level for one in found if one.level}
@@ -108,15 +109,11 @@ def build(
 
     What this machine has verified is not verified again as long as the entry, its files and this package are the same.
     """
-    from hhrl_agents.atomic_files import write_atomically
     from hhrl_bench.leaderboard.entry_files import INDEX
-    from hhrl_bench.publishing.publication import of_suite, write_index
-    from hhrl_bench.tables.markdown import suite_page
+    from hhrl_bench.publishing.publication import write_index
 
     announce_compiling()
     index = write_index(folder, _verify_changed(folder, level, jobs, again=again))
-    for suite in dict.fromkeys(entry.suite for entry in index.entries):
-        write_atomically(folder / f"{suite}.md", suite_page(of_suite(folder, suite)))
     typer.echo(f"wrote {folder / INDEX}, {len(index.entries)} entries, and a page of tables a suite", err=True)
 
 
@@ -132,9 +129,9 @@ def submit(
     from hhrl_bench.publishing.publication import require_submittable
 
     announce_compiling()
-    board = read_entry(file)
+    board = read_entry(file)  # once: what is verified is what is published, whatever becomes of the file
     require_submittable(board, name, folder)
-    found = _verify_entry(file, Level.RERUN, map)
+    found = _verify_entry(file, board, Level.RERUN, map)
     _print_verified([found])
     if found.findings:
         typer.echo("hhrl-bench: nothing was submitted", err=True)
@@ -161,70 +158,82 @@ class _Verified(NamedTuple):
 
 
 def _verify_entry(
-    path: Path, level: Level, each: "Each", sample: int | None = None, fresh: int | None = None, seed: int = 0
+    path: Path,
+    board: "LeaderboardRecord",
+    level: Level,
+    each: "Each",
+    sample: int | None = None,
+    fresh: int | None = None,
+    seed: int = 0,
+    *,
+    published: bool = False,
 ) -> _Verified:
+    """Verify what was read from a path; of one in a folder of ``published`` entries also that its suite makes it."""
     from hhrl_bench.evaluation.store import Store
-    from hhrl_bench.leaderboard.entry import check_spelling, read_entry
+    from hhrl_bench.leaderboard.entry import check_spelling
+    from hhrl_bench.publishing.publication import check_suite
     from hhrl_bench.verification import verify as verification
     from hhrl_bench.verification.rerun import check_fresh
 
-    board, store = read_entry(path), Store(path.parent)
+    store = Store(path.parent)
     with progress(f"verify {path.name}") as update:
         found = list(verification.verify(board, store, level, update, sample, seed, each))
         if fresh is not None and not found:
             found += check_fresh(board, store, fresh, seed, update, each)
     found += check_spelling(path, board)
+    found += check_suite(path.stem, board) if published else ()
     if found:
         return _Verified(path, list(dict.fromkeys(found)), None)
-    return _Verified(path, [], _reached(path, board, store, level, scored=fresh is not None))
+    _say_left_out(path, board, level, scored=fresh is not None)
+    return _Verified(path, [], verification.reached(board, level))
 
 
-def _verify_changed(folder: Path, level: Level, jobs: int, *, again: bool) -> "dict[str, VerifiedRecord]":
+def _verify_changed(folder: Path, level: Level, jobs: int, *, again: bool) -> "dict[str, VerifiedEntry]":
     """Return how the entries of a folder were verified, by file name; leave with exit code 1 where one does not hold.
 
     Unless ``again``, those are passed over that this machine has verified before and that have not changed since.
     """
     from hhrl_bench.execution.pools import mapping
+    from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_bench.leaderboard.entry_files import entry_paths
     from hhrl_bench.publishing.memory import hash_of_all, recall, remember
-    from hhrl_bench.publishing.publication import verified_now
+    from hhrl_bench.publishing.publication import VerifiedEntry, verified_now
 
-    hashes = {path: hash_of_all(path, level) for path in entry_paths(folder)}
-    records = {path: record for path in hashes if not again and (record := recall(hashes[path]))}
+    boards = {path: read_entry(path) for path in entry_paths(folder)}
+    hashes = {path: hash_of_all(path, board, level) for path, board in boards.items()}
+    records = {path: record for path in boards if not again and (record := recall(hashes[path]))}
     for path, record in records.items():
         typer.echo(f"{path}: {record.level}, verified here on {record.day}, nothing has changed since", err=True)
     with mapping(jobs) as each:
         found = [
-            _Verified(path, [], records[path].level) if path in records else _verify_entry(path, level, each)
-            for path in hashes
+            _Verified(path, [], records[path].level)
+            if path in records
+            else _verify_entry(path, board, level, each, published=True)
+            for path, board in boards.items()
         ]
     _print_verified(found)
     for one in found:
         if one.level and one.path not in records:
-            records[one.path] = verified_now(one.level, f"hhrl-bench leaderboard build --level {level}")
-            remember(hashes[one.path], one.path, level, records[one.path])
+            records[one.path] = verified_now(one.level, level)
+            remember(hashes[one.path], one.path, boards[one.path], level, records[one.path])
     if any(one.findings for one in found):
         raise typer.Exit(1)
-    return {path.name: record for path, record in records.items()}
+    return {path.name: VerifiedEntry(boards[path], record) for path, record in records.items()}
 
 
-def _reached(path: Path, board: "LeaderboardRecord", store: "Store", level: Level, *, scored: bool) -> Level:
-    """Return how far an entry was verified, and say what could not be run or trained again."""
-    from hhrl_bench.verification.checked_result import checked_results
-    from hhrl_bench.verification.retrained import trained_seeds
+def _say_left_out(path: Path, board: "LeaderboardRecord", level: Level, *, scored: bool) -> None:
+    """Say what of an entry could not be run or trained again."""
+    from hhrl_bench.verification.identity import playable, repeatable
 
-    own = [one for one in checked_results(board, store) if not one.playable]
+    own = [result for result in board.results if not playable(result, checkpoints=board.checkpoints_published)]
     if own and (level.includes(Level.RERUN) or scored):
         why = "they are a user's own code" if board.checkpoints_published else "their checkpoints are not published"
         typer.echo(f"hhrl-bench: {path}: {len(own)} of {len(board.results)} results were not run: {why}", err=True)
-    seeds = trained_seeds(board)
-    rounded = [one for one in seeds if not one.training.exact]
-    if rounded and level.includes(Level.RETRAINED):
-        why = "their library rounds differently on other machines"
-        typer.echo(f"hhrl-bench: {path}: {len(rounded)} of {len(seeds)} seeds were not trained: {why}", err=True)
-    if own:
-        return level.at_most(Level.REPLAYED)
-    return level.at_most(Level.RERUN) if rounded else level
+    trainings = [run.training for result in board.results for run in result.runs if run.training]
+    left_out = sum(not repeatable(training) for training in trainings)
+    if left_out and level.includes(Level.RETRAINED):
+        why = "they round differently on other machines, or say no budget"
+        typer.echo(f"hhrl-bench: {path}: {left_out} of {len(trainings)} seeds were not trained: {why}", err=True)
 
 
 def _print_verified(found: Sequence[_Verified]) -> None:

@@ -59,6 +59,10 @@ def pack(scored: ScoredEpisodes) -> bytes:
     arrays = {**scored.trace._asdict(), "outcome": records.outcome, **whole}
     if isinstance(records, TrafficRecords):
         arrays |= {"outcomes": records.outcomes, "feasible": records.feasible.astype(np.int8)}
+    return _save(arrays)
+
+
+def _save(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     return save({name: np.ascontiguousarray(array) for name, array in arrays.items()})
 
 
@@ -74,6 +78,8 @@ def unpack(data: bytes) -> Evidence:
         RecordError: if it is damaged, or not what ``pack`` writes.
     """
     arrays = _load(data)
+    known = _KNOWN.union(_whole_keys()).issuperset(arrays)
+    _require(known and _save(arrays) == data, "nothing else, and all of it in one way")
     episodes = len(_array(arrays, "steps", _INT32, 1))
     trace = Trace(*(_array(arrays, name, kind, ndim) for name, kind, ndim in _TRACE))
     outcome = _array(arrays, "outcome", _INT8, 1)
@@ -98,10 +104,15 @@ def read_evidence(run: RunRecord, store: Store) -> Evidence:
     return unpack(read(store.evidence(str(run.evidence_sha256))))
 
 
+MAX_HEADER_BYTES = 2**16
+
 _TRACE = (("steps", _INT32, 1), ("options", _INT8, 2), ("actions", _INT8, 2))
+_KNOWN = frozenset({"steps", "options", "actions", "outcome", "outcomes", "feasible"})
 
 
 def _load(data: bytes) -> Mapping[str, NDArray[Any]]:
+    length = int.from_bytes(data[:8], "little")
+    _require(length <= MAX_HEADER_BYTES, f"a header of at most {MAX_HEADER_BYTES:,} bytes")
     try:
         return dict(load(data))
     except (SafetensorError, ValueError, KeyError, TypeError, MemoryError) as error:

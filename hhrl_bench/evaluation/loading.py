@@ -125,8 +125,13 @@ def _holds(check: Callable[[], bool]) -> bool:
 
 def shipped_methods() -> dict[str, int]:
     """Return how many trained seeds come with the package, for every method that has some."""
-    counts = {method: len(_checkpoints(SHIPPED / method)) for method in METHODS}
+    counts = {method: len(shipped_checkpoints(method)) for method in METHODS}
     return {method: count for method, count in counts.items() if count}
+
+
+def shipped_checkpoints(method: str) -> list[Path]:
+    """Return the trained seeds of a method that come with the package, lowest first."""
+    return _checkpoints(SHIPPED / method)
 
 
 def _load_shipped(method: str, scenario: Scenario) -> list[LoadedAgent]:

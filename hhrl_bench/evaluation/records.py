@@ -16,6 +16,7 @@ from pydantic_core import CoreSchema
 from hhrl_bench.evaluation.metrics import METRICS, Metric
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.schema import (
+    FIRST,
     MAX_SEEDS,
     Count,
     Finite,
@@ -168,7 +169,7 @@ class RunTrafficRecord(Record):
 
     feasible: Count
     success_feasible: Count
-    vehicles: tuple[dict[OutcomeName, Count], ...]
+    vehicles: Annotated[tuple[dict[OutcomeName, Count], ...], FIRST]
 
 
 class TrafficRecord(Record):
@@ -200,8 +201,8 @@ class ResultRecord(Record):
     kind: Literal["rule", "learned", "factory"]
     task: Name
     option: OptionName | None
-    runs: Annotated[tuple[RunRecord, ...], Field(min_length=1, max_length=MAX_SEEDS)]
-    failed_seeds: Annotated[tuple[Count, ...], Field(max_length=MAX_SEEDS)] = ()
+    runs: Annotated[tuple[RunRecord, ...], FIRST, Field(min_length=1, max_length=MAX_SEEDS)]
+    failed_seeds: Annotated[tuple[Count, ...], FIRST, Field(max_length=MAX_SEEDS)] = ()
     metrics: MetricsRecord
     traffic: TrafficRecord | None = None
 
@@ -261,5 +262,5 @@ class EvaluationRecord(Record):
     confidence: Rate
     bootstrap_seed: Count
     task: TaskRecord
-    results: Annotated[tuple[ResultRecord, ...], Field(min_length=1)]
+    results: Annotated[tuple[ResultRecord, ...], FIRST, Field(min_length=1)]
     provenance: ProvenanceRecord

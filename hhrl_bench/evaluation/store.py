@@ -63,12 +63,12 @@ class Store:
         Raises:
             RecordError: see :func:`read`.
         """
-        content = read(path)
-        _add(self.folder / path.parent.name / path.name, content, path.read_bytes())
+        add = self.add_evidence if path.suffix == ".gz" else self.add_checkpoint
+        add(read(path))
 
 
 def read(path: Path, limit: int = MAX_UNPACKED_BYTES) -> bytes:
-    """Return the content of a file of a store, unpacked, of at most ``limit`` bytes.
+    """Return the content of a file of a store, unpacked, of at most ``limit`` bytes and MAX_UNPACKED_BYTES.
 
     Raises:
         RecordError: if there is none, it is larger than 32 MiB, it cannot be unpacked, or is not what its name says.
@@ -80,7 +80,7 @@ def read(path: Path, limit: int = MAX_UNPACKED_BYTES) -> bytes:
         raise RecordError(f"cannot read {path}: {error.strerror}") from error
     if len(data) > MAX_BYTES:
         raise RecordError(f"{path} is larger than {MAX_BYTES // 2**20} MiB, which no file of a store is")
-    content = _unpacked(data, path, limit) if path.suffix == ".gz" else data
+    content = _unpacked(data, path, min(limit, MAX_UNPACKED_BYTES)) if path.suffix == ".gz" else data
     if sha256_of(content) != path.name.split(".")[0]:
         raise RecordError(f"{path} has been changed: the sha256 of what it holds is {sha256_of(content)}")
     return content

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record, finite
+from hhrl_bench.schema import FIRST, Count, Finite, Name, Positive, Rate, Record, finite
 from hhrl_bench.statistics.censored_times import median
 from hhrl_bench.training.learning_curves import THRESHOLD, Curve, TrainingOutcomesRecord
 from hhrl_bench.transfer.records import StepsRecord
@@ -25,7 +25,7 @@ class EfficiencyRecord(Record):
     task: Name
     threshold: Rate
     budget: Positive
-    seeds: Annotated[tuple[Count, ...], Field(min_length=1)]
+    seeds: Annotated[tuple[Count, ...], FIRST, Field(min_length=1)]
     steps: StepsRecord
     low: Finite | None
     high: Finite | None

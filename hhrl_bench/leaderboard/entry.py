@@ -18,7 +18,7 @@ from hhrl_bench.leaderboard.entry_files import NO_ENTRIES
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord, derived_fields
 from hhrl_bench.provenance import provenance
-from hhrl_bench.schema import SCHEMA_VERSION, first_problem
+from hhrl_bench.schema import SCHEMA_VERSION, first_problem, require_plain
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
@@ -65,7 +65,7 @@ def write_entry(board: LeaderboardRecord, path: Path) -> bool:
     """
     if _says(path, board):
         return False
-    write_atomically(path, _text(board))
+    write_atomically(path, entry_text(board))
     return True
 
 
@@ -96,7 +96,7 @@ def check_spelling(path: Path, board: LeaderboardRecord) -> Iterator[Finding]:
 
     It may hold digits beyond what a number can have, or a name twice, of which only the last counts.
     """
-    lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), _text(board).split("\n"), fillvalue="")
+    lines = zip_longest(path.read_text(encoding="utf-8").split("\n"), entry_text(board).split("\n"), fillvalue="")
     for number, (line, ours) in enumerate(lines, start=1):
         if line != ours:
             said = f"{line.strip()[:60]!r} is not how hhrl-bench run spells it, which is {ours.strip()[:60]!r}"
@@ -104,8 +104,8 @@ def check_spelling(path: Path, board: LeaderboardRecord) -> Iterator[Finding]:
             return
 
 
-def _text(board: LeaderboardRecord) -> str:
-    """Return the file's content, a list of numbers on a line: half of the bytes of one number on each."""
+def entry_text(board: LeaderboardRecord) -> str:
+    """Return the content of a file, a list of numbers on a line: half of the bytes of one number on each."""
     spread = board.model_dump_json(indent=2)
     return _NUMBERS.sub(lambda numbers: "".join(numbers[0].split()).replace(",", ", "), spread) + "\n"
 
@@ -145,6 +145,9 @@ def read_entry(path: Path) -> LeaderboardRecord:
     if len(data) > MAX_ENTRY_BYTES:
         raise RecordError(f"{path} is larger than {MAX_ENTRY_BYTES // 2**20} MiB, which no leaderboard is")
     try:
+        require_plain(data)
         return LeaderboardRecord.model_validate_json(data)
     except ValidationError as error:
         raise RecordError(f"{path} is no leaderboard: {first_problem(error)}") from error
+    except ValueError as error:
+        raise RecordError(f"{path} is no leaderboard: {error}") from error

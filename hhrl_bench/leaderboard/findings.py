@@ -17,14 +17,17 @@ class Finding(NamedTuple):
 
 
 def differences(place: str, published: Any, found: Any) -> Iterator[Finding]:
-    """Return a finding for every number or word in which ``found`` differs from ``published``, both plain data."""
+    """Return a finding for every number or word in which ``found`` differs from ``published``, both plain data.
+
+    Numbers are equal if they are spelled so: 1 is not 1.0, and -0.0 is not 0.0.
+    """
     if isinstance(published, Mapping) and isinstance(found, Mapping):
         for key in dict.fromkeys([*published, *found]):
             yield from differences(f"{place}.{key}" if place else key, published.get(key), found.get(key))
     elif _is_list(published) and _is_list(found) and len(published) == len(found):
         for index, (one, other) in enumerate(zip(published, found, strict=True)):
             yield from differences(f"{place}[{index}]", one, other)
-    elif published != found or type(published) is not type(found):
+    elif repr(published) != repr(found):
         yield Finding(place, f"{_short(published)} is published, {_short(found)} was found")
 
 

@@ -1,10 +1,11 @@
 """The record of a leaderboard file, and the parts of it that follow from the others."""
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, JsonValue, ValidationError, model_validator
+from pydantic import AfterValidator, Field, JsonValue, ValidationError, model_validator
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.evidence import read_evidence
@@ -14,7 +15,7 @@ from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare
 from hhrl_bench.leaderboard.efficiency import EfficiencyRecord, efficiency
 from hhrl_bench.provenance import ProvenanceRecord
-from hhrl_bench.schema import MAX_RESULTS, Count, Name, Rate, Record, Sha256, Stem, first_problem
+from hhrl_bench.schema import FIRST, MAX_RESULTS, Count, Name, Rate, Record, Sha256, Stem, first_problem
 from hhrl_bench.statistics.intervals import generator
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
@@ -27,12 +28,22 @@ MAX_EPISODES = 1_000_000
 """Episodes of all runs of an entry."""
 
 
+MAX_SETTINGS = 2**16
+"""Letters of all settings of a method."""
+
+
+def _short(config: dict[str, JsonValue]) -> dict[str, JsonValue]:
+    if len(json.dumps(config)) > MAX_SETTINGS:
+        raise ValueError(f"a method's settings are longer than {MAX_SETTINGS:,} letters")
+    return config
+
+
 class MethodRecord(Record):
     """A method: all of its settings, and their hash."""
 
     id: Name
     config_hash: Name
-    config: dict[str, JsonValue]
+    config: Annotated[dict[str, JsonValue], AfterValidator(_short)]
 
 
 class LeaderboardRecord(Record):
@@ -49,15 +60,15 @@ class LeaderboardRecord(Record):
     suite: Stem
     confidence: Rate
     bootstrap_seed: Count
-    tasks: Annotated[tuple[TaskRecord, ...], Field(min_length=1, max_length=100)]
-    results: Annotated[tuple[ResultRecord, ...], Field(max_length=MAX_RESULTS)]
+    tasks: Annotated[tuple[TaskRecord, ...], FIRST, Field(min_length=1, max_length=100)]
+    results: Annotated[tuple[ResultRecord, ...], FIRST, Field(max_length=MAX_RESULTS)]
     checkpoints_published: bool = True
-    methods: tuple[MethodRecord, ...] = ()
-    comparisons: tuple[PairwiseRecord, ...] = ()
+    methods: Annotated[tuple[MethodRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()
+    comparisons: Annotated[tuple[PairwiseRecord, ...], FIRST] = ()
     transfer: TransferSetRecord | None = None
-    trainings: Annotated[tuple[TrainingOutcomesRecord, ...], Field(max_length=MAX_RESULTS)] = ()
-    trainings_sha256: tuple[Sha256, ...] = ()
-    efficiency: tuple[EfficiencyRecord, ...] = ()
+    trainings: Annotated[tuple[TrainingOutcomesRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()
+    trainings_sha256: Annotated[tuple[Sha256, ...], FIRST] = ()
+    efficiency: Annotated[tuple[EfficiencyRecord, ...], FIRST] = ()
     provenance: ProvenanceRecord
 
     def on(self, task: TaskRecord) -> list[ResultRecord]:
@@ -105,9 +116,8 @@ def derived_fields(
     """
     runs = [run for result in results for run in result.runs]
     hashes = dict.fromkeys(run.checkpoint_sha256 for run in runs if run.checkpoint_sha256 and checkpoints)
-    metadata = [store.checkpoint_metadata(sha256) for sha256 in hashes]
     return {
-        "methods": method_records(metadata),
+        "methods": method_records(map(store.checkpoint_metadata, hashes)),
         "comparisons": tuple(_comparisons(results, store)),
         "trainings_sha256": tuple(training.digest() for training in trainings),
         "efficiency": tuple(efficiency(one, generator(f"{one.method} on {one.task}")) for one in trainings),

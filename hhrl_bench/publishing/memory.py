@@ -21,18 +21,20 @@ from hhrl_agents.atomic_files import write_atomically
 from hhrl_agents.policies.checkpoint_file import SHIPPED
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.extensions import extension_hashes
-from hhrl_bench.leaderboard.entry import named_files, read_entry
+from hhrl_bench.leaderboard.entry import entry_text, named_files
 from hhrl_bench.leaderboard.level import Level
+from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.provenance import software
 from hhrl_bench.publishing.publication import VerifiedRecord
 from hhrl_envs.errors import InputError
 
 
-def hash_of_all(path: Path, level: Level) -> str | None:
-    """Return the hash of all that a verification of an entry, as it is now, rests on; None if a file is missing."""
+def hash_of_all(path: Path, board: LeaderboardRecord, level: Level) -> str | None:
+    """Return the hash of all that a verification of an entry, read from a path, rests on; None if a file is missing."""
     sha = sha256(f"{level};{_package()};{sorted(software().items())};{extension_hashes()};".encode())
     try:
-        for file in (path, *named_files(read_entry(path), Store(path.parent))):
+        sha.update(entry_text(board).encode())
+        for file in (path, *named_files(board, Store(path.parent))):
             sha.update(f"{file.name}:{sha256(file.read_bytes()).hexdigest()};".encode())
     except (OSError, InputError):
         return None
@@ -47,9 +49,9 @@ def recall(hashed: str | None) -> VerifiedRecord | None:
         return None
 
 
-def remember(hashed: str | None, path: Path, level: Level, verified: VerifiedRecord) -> None:
+def remember(hashed: str | None, path: Path, board: LeaderboardRecord, level: Level, verified: VerifiedRecord) -> None:
     """Keep how far an entry was verified that had a hash before; nothing if it has another one now, or has no place."""
-    if hashed is None or hash_of_all(path, level) != hashed:
+    if hashed is None or hash_of_all(path, board, level) != hashed:
         return
     with suppress(OSError, RuntimeError, InputError):
         file = _path(hashed)

@@ -13,12 +13,12 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from hhrl_bench.errors import CurveError
-from hhrl_bench.schema import MAX_REPORTS, MAX_SEEDS, Count, Name, Rate, Record, first_problem
+from hhrl_bench.schema import FIRST, MAX_REPORTS, MAX_SEEDS, Count, Name, Rate, Record, first_problem
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_envs.arrays import Floats
 
-SeedShares = tuple[tuple[Rate | None, ...], ...]
+SeedShares = Annotated[tuple[Annotated[tuple[Rate | None, ...], FIRST], ...], FIRST]
 
 _ROUNDING = 1e-9
 
@@ -48,8 +48,8 @@ class TrainingOutcomesRecord(Record):
 
     method: Name
     task: Name
-    seeds: Annotated[tuple[Count, ...], Field(min_length=1, max_length=MAX_SEEDS)]
-    env_steps: Annotated[tuple[Count, ...], Field(min_length=1, max_length=MAX_REPORTS)]
+    seeds: Annotated[tuple[Count, ...], FIRST, Field(min_length=1, max_length=MAX_SEEDS)]
+    env_steps: Annotated[tuple[Count, ...], FIRST, Field(min_length=1, max_length=MAX_REPORTS)]
     training: SharesRecord
     testing: SharesRecord
 
@@ -193,8 +193,8 @@ class Curve:
         CurveError: if there is no report, the steps do not ascend from 0, or a success is no rate.
     """
 
-    env_steps: tuple[int, ...]
-    success: tuple[float, ...]
+    env_steps: Annotated[tuple[int, ...], FIRST]
+    success: Annotated[tuple[float, ...], FIRST]
 
     def __post_init__(self) -> None:
         """Reject what is no curve."""

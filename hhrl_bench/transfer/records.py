@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from hhrl_bench.schema import MAX_REPORTS, MAX_RESULTS, MAX_SEEDS, Count, Finite, Name, Positive, Rate, Record
+from hhrl_bench.schema import FIRST, MAX_REPORTS, MAX_RESULTS, MAX_SEEDS, Count, Finite, Name, Positive, Rate, Record
 from hhrl_bench.training.learning_curves import Curve
 from hhrl_bench.transfer.transfer import CONTROL, ArmName
 
@@ -18,7 +18,7 @@ from hhrl_bench.transfer.transfer import CONTROL, ArmName
 class SeedsMetricRecord(Record):
     """A metric of every seed, null where it is undefined, with the mean and 95% interval of the ``n`` defined ones."""
 
-    per_seed: tuple[Finite | None, ...]
+    per_seed: Annotated[tuple[Finite | None, ...], FIRST]
     mean: Finite | None
     low: Finite | None
     high: Finite | None
@@ -28,7 +28,7 @@ class SeedsMetricRecord(Record):
 class StepsRecord(Record):
     """Env steps to the threshold and their median, null: not within the budget; how many seeds reached it."""
 
-    per_seed: tuple[Count | None, ...]
+    per_seed: Annotated[tuple[Count | None, ...], FIRST]
     median: Finite | None
     reached: Count
 
@@ -68,11 +68,11 @@ class TransferRecord(Record):
     target: Name
     method: Name
     arm: ArmName
-    seeds: Annotated[tuple[Count, ...], Field(min_length=1, max_length=MAX_SEEDS)]
+    seeds: Annotated[tuple[Count, ...], FIRST, Field(min_length=1, max_length=MAX_SEEDS)]
     budget: Positive
     threshold: Rate
-    env_steps: Annotated[tuple[Count, ...], Field(min_length=1, max_length=MAX_REPORTS)]
-    success: tuple[tuple[Rate, ...], ...]
+    env_steps: Annotated[tuple[Count, ...], FIRST, Field(min_length=1, max_length=MAX_REPORTS)]
+    success: Annotated[tuple[Annotated[tuple[Rate, ...], FIRST], ...], FIRST]
     start: SeedsMetricRecord
     final: SeedsMetricRecord
     area: SeedsMetricRecord
@@ -121,7 +121,7 @@ class TransferSetRecord(Record):
     schema_version: Literal[1]
     confidence: Rate
     bootstrap_seed: Count
-    rows: Annotated[tuple[TransferRecord, ...], Field(min_length=1, max_length=MAX_RESULTS)]
+    rows: Annotated[tuple[TransferRecord, ...], FIRST, Field(min_length=1, max_length=MAX_RESULTS)]
 
     @model_validator(mode="after")
     def _arms_are_unique_and_have_a_control(self) -> Self:

@@ -30,7 +30,7 @@ from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import Record
 from hhrl_bench.tasks.tasks import SCRIPTED, Task, get_task
-from hhrl_bench.verification.identity import named
+from hhrl_bench.verification.identity import playable
 from hhrl_envs import Option, Scenario, get_scenario
 from hhrl_envs.arrays import Keys
 
@@ -58,9 +58,10 @@ _EPISODE_BYTES, _HEADER_BYTES = 256, 65_536
 
 @dataclass
 class CheckedResult:
-    """A result at ``place`` in an entry, whose files lie in ``store``; what was read of them is kept.
+    """A result at ``place`` in an entry, whose files lie in ``store``.
 
-    checkpoints: whether those lie there as well; evidence: of each run, None where it cannot be read.
+    checkpoints: whether those lie there as well; known: the whole numbers of each run, None where its evidence cannot
+    be read. Decisions, which may be much of all runs together, are read again when they are needed.
     """
 
     place: str
@@ -68,7 +69,7 @@ class CheckedResult:
     task_record: TaskRecord
     store: Store
     checkpoints: bool = True
-    evidence: list[Evidence | None] = field(default_factory=list)
+    known: list[EpisodeRecords | None] = field(default_factory=list)
 
     @property
     def task(self) -> Task:
@@ -84,13 +85,13 @@ class CheckedResult:
         """Return what differs from the whole numbers of the evidence, from the checkpoints, and within the result."""
         for place, run in self.runs():
             try:
-                self.evidence.append(self._evidence(run))
+                self.known.append(self.read(run).records(self.seeds))
             except RecordError as error:
-                self.evidence.append(None)
+                self.known.append(None)
                 yield Finding(f"{place}.evidence_sha256", str(error))
             yield from self._check_training(place, run)
-        known = [one.records(self.seeds) for one in self.evidence if one]
-        if len(known) < len(self.evidence):
+        known = [one for one in self.known if one is not None]
+        if len(known) < len(self.known):
             return
         for (place, run), records in zip(self.runs(), known, strict=True):
             yield from _of_whole_numbers(f"{place}.metrics", run.metrics, records)
@@ -100,17 +101,24 @@ class CheckedResult:
 
     def replay(self) -> Iterator[Finding]:
         """Return what differs from what the stored decisions come to; the evidence has been read before."""
-        evidence = [one for one in self.evidence if one]
         if not self.readable:
             return
-        try:
-            replayed = replay(evidence, self.task, self.seeds)
-        except RecordError as error:
-            yield Finding(f"{self.place}.runs", str(error))
-            return
-        for (place, _), kept, one in zip(self.runs(), evidence, replayed, strict=True):
-            yield from self._of_decisions(f"{place}.evidence_sha256", kept, one)
-        result, every = self.result, [one.records for one in replayed]
+        together, every = max(1, _REPLAYED_ROWS // len(self.seeds)), list[EpisodeRecords]()
+        for first in range(0, len(self.known), together):
+            runs = self.runs()[first : first + together]
+            try:
+                evidence = [self.read(run) for _, run in runs]
+                replayed = replay(evidence, self.task, self.seeds)
+            except RecordError as error:
+                yield Finding(f"{self.place}.runs", str(error))
+                return
+            for (place, _), kept, one in zip(runs, evidence, replayed, strict=True):
+                yield from self._of_decisions(f"{place}.evidence_sha256", kept, one)
+            every += [one.records for one in replayed]
+        yield from self._check_replayed(every)
+
+    def _check_replayed(self, every: Sequence[EpisodeRecords]) -> Iterator[Finding]:
+        result = self.result
         runs = [
             run_record(run.checkpoint_sha256, run.training, records, run.evidence_sha256, run.metrics.declarations())
             for run, records in zip(result.runs, every, strict=True)
@@ -122,23 +130,19 @@ class CheckedResult:
     @property
     def playable(self) -> bool:
         """Whether its agents can be run again: they are rules, or their checkpoints are there."""
-        kind = named(self.result.agent).kind
-        return kind == "rule" or (kind == "learned" and self.checkpoints)
+        return playable(self.result, checkpoints=self.checkpoints)
 
     @property
     def readable(self) -> bool:
         """Whether the evidence of every run has been read."""
-        return len(self.evidence) == len(self.result.runs) and None not in self.evidence
+        return len(self.known) == len(self.result.runs) and all(one is not None for one in self.known)
 
-    def forget(self) -> None:
-        """Drop what was read, which may be much of all results together."""
-        self.evidence.clear()
+    def read(self, run: RunRecord) -> Evidence:
+        """Return the evidence of a run.
 
-    def runs(self) -> list[tuple[str, RunRecord]]:
-        """Return the runs with their places."""
-        return [(f"{self.place}.runs[{index}]", run) for index, run in enumerate(self.result.runs)]
-
-    def _evidence(self, run: RunRecord) -> Evidence:
+        Raises:
+            RecordError: if it is missing, damaged, too large, or of another number of episodes.
+        """
         if run.evidence_sha256 is None:
             raise RecordError("no evidence is kept of this run")
         path = self.store.evidence(run.evidence_sha256)
@@ -149,6 +153,14 @@ class CheckedResult:
         if len(evidence.trace.steps) != self.task_record.episodes:
             raise RecordError(f"{path.name} has {len(evidence.trace.steps)} episodes, not {self.task_record.episodes}")
         return evidence
+
+    def forget(self) -> None:
+        """Drop what was read, which may be much of all results together."""
+        self.known.clear()
+
+    def runs(self) -> list[tuple[str, RunRecord]]:
+        """Return the runs with their places."""
+        return [(f"{self.place}.runs[{index}]", run) for index, run in enumerate(self.result.runs)]
 
     @property
     def _evidence_bytes(self) -> int:
@@ -226,7 +238,7 @@ def _differ(place: str, published: Record | None, found: Record | None) -> Itera
 
 
 def replay(evidence: Sequence[Evidence], task: Task, seeds: Keys) -> list[ScoredEpisodes]:
-    """Return each policy's episodes in the worlds ``seeds`` uint64 [N], run again from its decisions in their traces.
+    """Return each policy's episodes in the worlds ``seeds`` uint64 [N], run again from its decisions, side by side.
 
     Who else drives in the task decides again for itself, whatever the traces say.
 
@@ -236,15 +248,12 @@ def replay(evidence: Sequence[Evidence], task: Task, seeds: Keys) -> list[Scored
     scenario, drivers = get_scenario(task.scenario), evaluation_drivers(task)
     for one in evidence:
         _require_fit(one.trace, drivers, len(seeds), scenario)
-    together, replayed = max(1, _REPLAYED_ROWS // len(seeds)), []
-    for first in range(0, len(evidence), together):
-        traces = [one.trace for one in evidence[first : first + together]]
-        trace = Trace(*(np.concatenate(arrays) for arrays in zip(*traces, strict=True)))
-        worlds = np.tile(seeds, len(traces))
-        played = play(recording(trace, drivers.slots), scenario, worlds, rows=len(worlds), drivers=drivers)
-        parts = [slice(begin, begin + len(seeds)) for begin in range(0, len(worlds), len(seeds))]
-        replayed += [ScoredEpisodes(played.records.part(part), episodes_of(played.trace, part)) for part in parts]
-    return replayed
+    traces = [one.trace for one in evidence]
+    trace = Trace(*(np.concatenate(arrays) for arrays in zip(*traces, strict=True)))
+    worlds = np.tile(seeds, len(traces))
+    played = play(recording(trace, drivers.slots), scenario, worlds, rows=len(worlds), drivers=drivers)
+    parts = [slice(begin, begin + len(seeds)) for begin in range(0, len(worlds), len(seeds))]
+    return [ScoredEpisodes(played.records.part(part), episodes_of(played.trace, part)) for part in parts]
 
 
 def _require_fit(trace: Trace, drivers: Drivers, episodes: int, scenario: Scenario) -> None:

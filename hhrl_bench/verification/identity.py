@@ -6,15 +6,14 @@ agent has a checkpoint for each training seed, all of one training. Of a registe
 
 import hashlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from hhrl_agents import METHODS, RULES
 from hhrl_agents.policies import checkpoints
-from hhrl_agents.policies.checkpoint_file import SHIPPED
-from hhrl_bench.evaluation.loading import Kind
+from hhrl_bench.evaluation.loading import Kind, shipped_checkpoints
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TrainingRecord
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.findings import Finding, differences
@@ -27,7 +26,7 @@ from hhrl_envs import get_scenario
 from hhrl_envs.errors import InputError
 
 _FACTORY = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", re.ASCII)
-_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s", "_": "-", ".": "-", " ": "-"})
+_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s"})
 
 
 class Named(NamedTuple):
@@ -48,9 +47,19 @@ def named(agent: str) -> Named:
     return Named("factory" if _FACTORY.fullmatch(agent) else "learned")
 
 
+def playable(result: ResultRecord, *, checkpoints: bool) -> bool:
+    """Return whether the agents of a result can be run again: they are rules, or their ``checkpoints`` are there."""
+    kind = named(result.agent).kind
+    return kind == "rule" or (kind == "learned" and checkpoints)
+
+
+def repeatable(training: TrainingRecord) -> bool:
+    """Return whether the same training leaves the same checkpoint again, and is known well enough for that."""
+    return training.exact and (training.budget is not None or training.arm is not None)
+
+
 def check_identity(board: LeaderboardRecord) -> Iterator[Finding]:
     """Return which rows of an entry are not what their names say, as far as the entry itself shows it."""
-    steps = {(one.method, one.task): one.env_steps for one in board.trainings}
     for index, result in enumerate(board.results):
         place, says = f"results[{index}]", named(result.agent)
         yield from _check_name(f"{place}.agent", result.agent)
@@ -61,7 +70,10 @@ def check_identity(board: LeaderboardRecord) -> Iterator[Finding]:
             continue
         yield from _check_seeds(place, result, registered=says.method is not None)
         for number, run in enumerate(result.runs):
-            yield from _check_run(f"{place}.runs[{number}]", run, result, says, steps.get((result.agent, result.task)))
+            yield from _check_run(f"{place}.runs[{number}]", run, result, says)
+    seconds = board.provenance.wall_seconds
+    timed = dict.fromkeys(sorted(f"{result.task}/{result.agent}" for result in board.results))
+    yield from differences("provenance.wall_seconds", sorted(seconds), [*timed])
 
 
 def check_weights(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
@@ -93,18 +105,22 @@ def _weights(path: Path) -> str:
 def _check_name(place: str, agent: str) -> Iterator[Finding]:
     if not agent.isascii() or agent != " ".join(agent.split()):
         yield Finding(place, f"{agent!r} has signs or spaces that may look like others; publish it under a plain name")
-    near = _by_look().get(_look(agent))
+    near = looks_like(agent, _registered())
     if near is not None and near != agent:
         yield Finding(place, f"{agent!r} looks like {near}, which it is not; publish it under another name")
 
 
-def _look(agent: str) -> str:
-    return agent.casefold().translate(_ALIKE)
+def looks_like(name: str, known: Iterable[str]) -> str | None:
+    """Return which of the known names a name looks like, by its letters and digits; None: like none of them."""
+    return {_look(one): one for one in known}.get(_look(name))
 
 
-def _by_look() -> Mapping[str, str]:
-    arms = [f"{method} {arm}" for method in METHODS for arm in ARMS]
-    return {_look(name): name for name in (*RULES, *METHODS, *arms)}
+def _look(name: str) -> str:
+    return "".join(filter(str.isalnum, name.casefold().translate(_ALIKE)))
+
+
+def _registered() -> list[str]:
+    return [*RULES, *METHODS, *(f"{method} {arm}" for method in METHODS for arm in ARMS)]
 
 
 def _check_untrained(place: str, result: ResultRecord) -> Iterator[Finding]:
@@ -139,21 +155,18 @@ def _shared(training: TrainingRecord) -> dict[str, object]:
     return training.model_dump(exclude={"seed", "env_steps", "command", "source_sha256"})
 
 
-def _check_run(
-    place: str, run: RunRecord, result: ResultRecord, says: Named, reports: Sequence[int] | None
-) -> Iterator[Finding]:
+def _check_run(place: str, run: RunRecord, result: ResultRecord, says: Named) -> Iterator[Finding]:
     if run.checkpoint_sha256 is None or run.training is None:
         yield Finding(f"{place}.checkpoint_sha256", f"{result.agent} is learned; publish a checkpoint of every run")
         return
     try:
         if run.training.task is not None or says.method is not None:
             yield from _check_training(f"{place}.training", run.training)
+        yield from _check_method(f"{place}.training", run.training)
         if says.method is not None:
             yield from _check_registered(f"{place}.training", run, result, says)
     except InputError as error:
         yield Finding(f"{place}.training", str(error))
-    if reports is not None and run.training.env_steps not in reports:
-        yield Finding(f"{place}.training.env_steps", "its learning curve has no report there")
 
 
 def _check_training(place: str, training: TrainingRecord) -> Iterator[Finding]:
@@ -162,16 +175,28 @@ def _check_training(place: str, training: TrainingRecord) -> Iterator[Finding]:
     scenario = get_scenario(task.scenario)
     yield from differences(f"{place}.scenario", training.scenario, scenario.id)
     yield from differences(f"{place}.spec_hash", training.spec_hash, scenario.spec_hash)
-    if training.env_steps > _rounded(budget, training.method):
+    if training.env_steps > rounded(budget, training.method):
         yield Finding(f"{place}.env_steps", f"{training.env_steps:,} steps are more than its budget of {budget:,}")
     if training.arm is None and training.command not in _commands(training, task, budget):
         yield Finding(f"{place}.command", "it is not the command that trains this seed")
 
 
-def _rounded(budget: int, method: str) -> int:
+def rounded(budget: int, method: str) -> int:
     """Return the env steps of a training that has this budget: whole rounds of the method's environments."""
     n_envs: int = get_method(method).config.n_envs
     return -(-budget // n_envs) * n_envs
+
+
+def _check_method(place: str, training: TrainingRecord) -> Iterator[Finding]:
+    """Return where a checkpoint has other settings than the method by whose name it was trained."""
+    yield from _check_name(f"{place}.method", training.method)
+    if training.method in METHODS:
+        method = get_method(training.method)
+        if training.arm is not None:
+            if training.budget is None:
+                return  # zero-shot has the settings of the other arms, whose budget it does not know
+            method = target_method(method, get_task(training.task or ""), training.budget)
+        yield from differences(f"{place}.config_hash", training.config_hash, method.config_hash)
 
 
 def _commands(training: TrainingRecord, task: Task, budget: int) -> list[str]:
@@ -185,21 +210,15 @@ def _check_registered(place: str, run: RunRecord, result: ResultRecord, says: Na
     """Return where a row of a registered method is not of that method as it is registered, with its task's budget."""
     training, task = run.training, get_task(result.task)
     assert training is not None
-    assert says.method is not None
-    method = get_method(says.method)
-    yield from differences(f"{place}.method", training.method, method.id)
+    yield from differences(f"{place}.method", training.method, says.method)
     yield from differences(f"{place}.arm", training.arm, says.arm)
     if says.arm is not None:
         yield from differences(f"{place}.task", training.task, task.id)
-    elif run.checkpoint_sha256 not in _shipped():
+    elif run.checkpoint_sha256 not in shipped(says.method or ""):
         yield from differences(f"{place}.budget", training.budget, get_task(training.task or "").env_steps)
-    if says.arm is not None and training.budget:
-        method = target_method(method, task, training.budget)
-    if training.budget:
-        yield from differences(f"{place}.config_hash", training.config_hash, method.config_hash)
 
 
 @cache
-def _shipped() -> frozenset[str]:
-    """Return the hashes of the checkpoints that come with the package."""
-    return frozenset(sha256_of(path.read_bytes()) for path in SHIPPED.glob("*/seed-*.safetensors"))
+def shipped(method: str) -> list[str]:
+    """Return the hashes of the checkpoints of a method that come with the package, lowest seed first."""
+    return [sha256_of(path.read_bytes()) for path in shipped_checkpoints(method)]

@@ -31,17 +31,21 @@ def rerun(checked: CheckedResult) -> Iterator[Finding]:
     """Return the runs that decide otherwise in some episode, run again, of a result that is playable."""
     if not checked.playable:
         return
-    for (place, run), evidence in zip(checked.runs(), checked.evidence, strict=True):
-        if evidence is None:
-            continue
-        try:
-            same = same_episodes(evidence.trace, run_again(checked, run, checked.seeds).trace)
-        except InputError as error:
-            yield Finding(place, f"cannot be run again: {error}")
-            continue
-        if not same.all():
-            others = f"in {(~same).sum():,} of {len(same):,} episodes, first in episode {same.argmin()}"
-            yield Finding(place, f"run again, it decides otherwise {others}")
+    for (place, run), known in zip(checked.runs(), checked.known, strict=True):
+        if known is not None:
+            yield from decides_otherwise(place, checked, run, checked.read(run).trace)
+
+
+def decides_otherwise(place: str, checked: CheckedResult, run: RunRecord, trace: Trace) -> Iterator[Finding]:
+    """Return whether a run's agent, run again, decides otherwise than in its trace, and in how many episodes."""
+    try:
+        same = same_episodes(trace, run_again(checked, run, checked.seeds).trace)
+    except InputError as error:
+        yield Finding(place, f"cannot be run again: {error}")
+        return
+    if not same.all():
+        others = f"in {(~same).sum():,} of {len(same):,} episodes, first in episode {same.argmin()}"
+        yield Finding(place, f"run again, it decides otherwise {others}")
 
 
 def same_episodes(trace: Trace, other: Trace) -> Flags:

@@ -16,7 +16,8 @@ from hhrl_bench.leaderboard.record import LeaderboardRecord, derived_fields
 from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.transfer.summary import recompute
 from hhrl_bench.verification.checked_result import CheckedResult, checked_results, played_task
-from hhrl_bench.verification.identity import check_identity, check_weights
+from hhrl_bench.verification.curves import check_curves, check_validation
+from hhrl_bench.verification.identity import check_identity, check_weights, playable, repeatable
 from hhrl_bench.verification.rerun import rerun
 from hhrl_bench.verification.retrained import retrain
 from hhrl_envs.errors import InputError
@@ -43,9 +44,11 @@ def verify(
         yield Finding("tasks", str(error))
         return
     yield from check_identity(board)
+    yield from check_curves(board)
     if level == Level.SCHEMA:
         return
     yield from check_weights(board, store)
+    yield from check_validation(board, store)
     results = checked_results(board, store)
     count = len(results) if sample is None or level.includes(Level.RETRAINED) else min(sample, len(results))
     again = np.random.default_rng(seed).permutation(len(results))[:count] if level.includes(Level.RERUN) else ()
@@ -59,7 +62,7 @@ def verify(
     if readable:
         yield from _check_derived(board, store)
     if level.includes(Level.RETRAINED):
-        yield from retrain(board, update, sample, seed, each)
+        yield from retrain(board, store, update, sample, seed, each)
 
 
 def check_result(level: Level, result: CheckedResult, again: bool) -> tuple[list[Finding], bool]:
@@ -72,6 +75,17 @@ def check_result(level: Level, result: CheckedResult, again: bool) -> tuple[list
     readable = result.readable
     result.forget()
     return findings, readable
+
+
+def reached(board: LeaderboardRecord, level: Level) -> Level:
+    """Return how far an entry in which nothing was found is verified by a check up to ``level``.
+
+    Decisions of agents that cannot be run are replayed at most, and trainings that cannot be repeated run at most.
+    """
+    if not all(playable(result, checkpoints=board.checkpoints_published) for result in board.results):
+        return level.at_most(Level.REPLAYED)
+    trainings = [run.training for result in board.results for run in result.runs if run.training]
+    return level if all(map(repeatable, trainings)) else level.at_most(Level.RERUN)
 
 
 def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:

@@ -8,6 +8,7 @@ import gzip
 import json
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from safetensors.numpy import load, save
 
 from hhrl_agents import METHODS, RULES
 from hhrl_agents.policies import checkpoints
@@ -24,8 +26,18 @@ from hhrl_bench.evaluation.evidence import Evidence, unpack
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.level import Level
-from hhrl_bench.publishing.publication import check_index, verified_now, write_index
+from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.publishing.publication import (
+    IndexRecord,
+    VerifiedEntry,
+    check_index,
+    check_suite,
+    verified_now,
+    write_index,
+)
 from hhrl_bench.schema import sha256_of
+from hhrl_bench.suites import suites
+from hhrl_bench.suites.suites import ScoreSuite, TrainingSuite
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.verification.checked_result import replay
 from hhrl_bench.verification.verify import verify
@@ -210,6 +222,18 @@ def many_arms(board: Board) -> None:
     board.put("trainings", value=[curve | {"method": f"method-{index}"} for index in range(501)])
 
 
+def long_header(board: Board) -> None:
+    """A checkpoint that is all header: reading it as JSON would take much more than its bytes."""
+    header = b'{"__metadata__":{"hhrl-checkpoint":"[' + b"[]," * 500_000 + b'0]"}}'
+    sha256 = board.store.add_checkpoint(len(header).to_bytes(8, "little") + header)
+    board.put("results", DDQN, "runs", 0, "checkpoint_sha256", value=sha256)
+
+
+def long_header_of_evidence(board: Board) -> None:
+    header = b'{"__metadata__":{' + b",".join(b'"%d":""' % key for key in range(50_000)) + b"}}"
+    board.add_evidence(RULE, len(header).to_bytes(8, "little") + header)
+
+
 def turned(array: str) -> Forge:
     def forge(board: Board) -> None:
         values = np.asarray(getattr(board.evidence(RULE), array))
@@ -228,6 +252,85 @@ def measured(key: str) -> Forge:
     def forge(board: Board) -> None:
         kept = board.evidence(RULE).measured
         board.change_evidence(RULE, measured={**kept, key: np.zeros_like(kept[key])})
+
+    return forge
+
+
+def minus_zero(board: Board) -> None:
+    metrics = board.at("results", RULE, "runs", 0, "metrics")
+    key = next(key for key, value in metrics.items() if value == 0.0)
+    board.put("results", RULE, "runs", 0, "metrics", key, value=-0.0)
+
+
+def curves_of_nobody(board: Board) -> None:
+    trainings = board.at("trainings")
+    board.put("trainings", value=[*trainings, trainings[0] | {"method": "ddqn-plus"}])
+
+
+def validated(report: int, success: float) -> Forge:
+    """A report of the validation of ddqn, at its place or, for -1, where the checkpoint of seed 0 was taken."""
+
+    def forge(board: Board) -> None:
+        steps = board.at("results", DDQN, "runs", 0, "training", "env_steps")
+        place = board.at("trainings", 0, "env_steps").index(steps) if report < 0 else report
+        shares = {"success": success, "timeout": 1.0 - success, "not_stop": 0.0, "collision": 0.0}
+        for outcome, share in shares.items():
+            board.put("trainings", 0, "testing", outcome, 0, place, value=share)
+
+    return forge
+
+
+def best_elsewhere(board: Board) -> None:
+    validated(-1, 0.0)(board)
+    validated(0, 0.5)(board)
+
+
+def shorter_training(board: Board) -> None:
+    board.put("trainings", 0, "env_steps", value=[*board.at("trainings", 0, "env_steps")[:-1], 299_999])
+
+
+def failed_without_a_fault(board: Board) -> None:
+    board.put("results", DDQN, "runs", value=board.at("results", DDQN, "runs")[:-1])
+    board.put("results", DDQN, "failed_seeds", value=[4])
+
+
+def other_settings(board: Board) -> None:
+    board.put("results", DDQN, "agent", value="my-ddqn")
+    for run in range(5):
+        board.put("results", DDQN, "runs", run, "training", "config_hash", value="0" * 64)
+
+
+def as_transfer(board: Board) -> None:
+    own = small_board.with_transfer(LeaderboardRecord.model_validate_json(json.dumps(board.data)), board.store)
+    board.data = json.loads(own.model_dump_json())
+
+
+def of_transfer(*place: str | int, value: object) -> Forge:
+    def forge(board: Board) -> None:
+        as_transfer(board)
+        board.put(*place, value=value)
+
+    return forge
+
+
+def withheld(board: Board) -> None:
+    own = Board(board.path, board.data)
+    as_transfer(own)
+    board.put("transfer", value=own.data["transfer"])
+    board.put("checkpoints_published", value=False)
+
+
+def rows_of_nobody(board: Board) -> None:
+    as_transfer(board)
+    board.put("results", value=board.at("results")[:-1])
+
+
+def with_more(**more: Any) -> Forge:
+    """Evidence that holds more than what is known of it, or says something in its header."""
+
+    def forge(board: Board) -> None:
+        arrays = load(read(board.store.evidence(board.at("results", RULE, "runs", 0, "evidence_sha256"))))
+        board.add_evidence(RULE, save({**arrays, **more.get("arrays", {})}, more.get("metadata")))
 
     return forge
 
@@ -261,6 +364,9 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
             ("ddq\u0578", "learned"),
             ("rule-1 ", "learned"),
             ("hybr1d-hrl", "learned"),
+            ("rule4", "learned"),
+            ("hybrid-hrl/", "learned"),
+            ("ddqn.", "learned"),
         )
     },
     # seeds
@@ -293,7 +399,72 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
         SCHEMA,
         "results[3].runs[0].training.env_steps",
     ),
+    # curves
+    "curves of nobody": (curves_of_nobody, SCHEMA, "trainings[2]: the entry has no result of ddqn-plus"),
+    "a checkpoint that was not the best": (best_elsewhere, SCHEMA, "results[1].runs[0].training.env_steps"),
+    "another validation than the checkpoint's": (validated(-1, 0.25), RECOMPUTED, "trainings[0].testing.success[0]"),
+    "a rate that no episodes have": (validated(0, 0.123), SCHEMA, "trainings[0].success[0]: a rate"),
+    "a shorter training": (shorter_training, SCHEMA, "trainings[0].env_steps"),
+    "a seed that has failed without a fault": (failed_without_a_fault, SCHEMA, "trainings[0].success[4]: it ends"),
+    "settings that are not the method's": (other_settings, SCHEMA, "results[1].runs[0].training.config_hash"),
+    # transfers
+    "checkpoints withheld": (withheld, SCHEMA, "results[3].agent: it is no arm"),
+    "curves of an arm that has no result": (rows_of_nobody, SCHEMA, "transfer.rows[2]: the entry has no result"),
+    "an arm of nobody's": (of_transfer("results", 3, "agent", value="my-arm"), SCHEMA, "results[3].agent"),
+    "an arm that was not trained": (
+        of_transfer("results", 3, "runs", 0, "training", "budget", value=None),
+        SCHEMA,
+        "results[3].runs[0].training.budget: zero-shot",
+    ),
+    "an arm from another source": (
+        of_transfer("results", 3, "runs", 0, "training", "source_sha256", value="0" * 64),
+        SCHEMA,
+        "results[3].runs[0].training.source_sha256",
+    ),
+    "a control that began with something": (
+        of_transfer("results", 4, "runs", 0, "training", "source_sha256", value="0" * 64),
+        SCHEMA,
+        "results[4].runs[0].training.source_sha256",
+    ),
+    "zero-shot with other settings": (
+        of_transfer("results", 2, "runs", 0, "training", "config_hash", value="0" * 64),
+        SCHEMA,
+        "results[2].runs[0].training.config_hash",
+    ),
+    "an arm whose checkpoint was not the best": (
+        of_transfer("results", 3, "runs", 0, "training", "env_steps", value=0),
+        SCHEMA,
+        "results[3].runs[0].training.env_steps: its learning curve is best at",
+    ),
+    # provenance and digits
+    "a minus zero": (minus_zero, RECOMPUTED, "results[0].runs[0].metrics"),
+    "a day that is none": (with_value("provenance", "created", value="today"), SCHEMA, "provenance.created"),
+    "a machine that clears the screen": (
+        with_value("provenance", "hardware", "processor", value="\x1b[2J"),
+        SCHEMA,
+        "provenance.hardware.processor",
+    ),
+    "a version of many lines": (
+        with_value("provenance", "versions", value={"numpy": "1\n2"}),
+        SCHEMA,
+        "provenance.versions",
+    ),
+    "seconds of what is not there": (
+        with_value("provenance", "wall_seconds", value={"stop-line-v0/rule-4": 0.0}),
+        SCHEMA,
+        "provenance.wall_seconds",
+    ),
     # evidence
+    "evidence with another array": (
+        with_more(arrays={"more": np.zeros(9, np.int8)}),
+        RECOMPUTED,
+        "results[0].runs[0].evidence_sha256",
+    ),
+    "evidence with words in its header": (
+        with_more(metadata={"by": "me"}),
+        RECOMPUTED,
+        "results[0].runs[0].evidence_sha256",
+    ),
     "a decision that was not made": (other_actions, REPLAYED, "results[0].runs[0].evidence_sha256"),
     "outcomes that did not come": (turned("outcome"), RECOMPUTED, "results[0]"),
     "episodes of other lengths": (turned("steps"), RECOMPUTED, "results[0]"),
@@ -325,6 +496,23 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     # bombs
     "evidence with an appendix": (bomb, RECOMPUTED, "results[0].runs[0].evidence_sha256"),
     "evidence of zeros": (bomb_under_its_own_hash, RECOMPUTED, "results[0].runs[0].evidence_sha256"),
+    "a checkpoint that is all header": (long_header, RECOMPUTED, "results[1].runs[0].checkpoint_sha256"),
+    "evidence that is all header": (
+        long_header_of_evidence,
+        RECOMPUTED,
+        "results[0].runs[0].evidence_sha256",
+    ),
+    "settings that fill a book": (
+        with_value("methods", 0, "config", value={"a": [[]] * 100_000}),
+        SCHEMA,
+        "methods.0.config",
+    ),
+    "too many names": (
+        with_value("provenance", "wall_seconds", value={f"{one}": 0.0 for one in range(1001)}),
+        SCHEMA,
+        "an object has 1,001 names",
+    ),
+    "a million results that are none": (with_value("results", value=[[]] * 1_000_000), SCHEMA, "results.0: "),
     "too many results": (many_results(501), SCHEMA, "results"),
     "too many results on a task": (many_results(51), SCHEMA, "stop-line-v0 has 51 results"),
     "too many runs": (many_runs, SCHEMA, "results.1.runs"),
@@ -350,6 +538,8 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
 def test_an_honest_entry_holds(board: Board) -> None:
     assert board.said(RERUN) == []
     assert len(FORGERIES) >= 40
+    as_transfer(board)
+    assert board.said(RERUN) == []
 
 
 @pytest.mark.parametrize(("forge", "level", "place"), FORGERIES.values(), ids=FORGERIES)
@@ -427,10 +617,15 @@ def test_evidence_that_unpacks_to_more_than_its_episodes_is_not_unpacked(honest:
     assert any("of at most" in line for line in forged.said(RECOMPUTED))
 
 
+def built(board: Board, level: Level) -> IndexRecord:
+    entry = VerifiedEntry(read_entry(board.path), verified_now(level, level))
+    return write_index(board.path.parent, {board.path.name: entry})
+
+
 @pytest.fixture
 def index(board: Board) -> Path:
     """The index of a folder with the entry."""
-    write_index(board.path.parent, {board.path.name: verified_now(Level.REPLAYED, "hhrl-bench leaderboard build")})
+    built(board, Level.REPLAYED)
     assert list(check_index(board.path.parent)) == []
     return board.path.parent / "INDEX.json"
 
@@ -451,8 +646,77 @@ def test_every_field_of_an_index_follows_from_its_entries(index: Path, field: st
 
 def test_a_level_in_an_index_is_that_of_the_build(board: Board, index: Path) -> None:
     index.write_text(index.read_text().replace("replayed", "retrained"))
-    found = write_index(
-        board.path.parent, {board.path.name: verified_now(Level.SCHEMA, "hhrl-bench leaderboard build")}
-    )
+    found = built(board, Level.SCHEMA)
     assert found.entries[0].verified.level == Level.SCHEMA
-    assert found.entries[0].verified.command == "hhrl-bench leaderboard build"
+    assert found.entries[0].verified.command == "hhrl-bench leaderboard build --level schema"
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("level", "retrained"), ("level", "schema"), ("command", "trust me"), ("command", "hhrl-bench leaderboard build")],
+)
+def test_a_level_is_that_of_the_command_that_verified_it(index: Path, field: str, value: str) -> None:
+    data = json.loads(index.read_text())
+    data["entries"][0]["verified"][field] = value
+    index.write_text(json.dumps(data))
+    assert any(f"small.json.verified.{field}" in str(finding) for finding in check_index(index.parent))
+
+
+def test_an_index_names_every_file_once(index: Path) -> None:
+    data = json.loads(index.read_text())
+    data["entries"] = [data["entries"][0] | {"results": 77}, *data["entries"]]
+    index.write_text(json.dumps(data))
+    assert [str(finding) for finding in check_index(index.parent)] == [
+        "INDEX.json: it does not name every file once, in order"
+    ]
+
+
+@pytest.mark.parametrize("name", ["small.md", "schema.json"])
+def test_pages_are_those_of_the_entries(index: Path, name: str) -> None:
+    page = index.parent / name
+    page.write_text(page.read_text().replace("e", "3", 1))
+    (finding,) = check_index(index.parent)
+    assert finding.place == name
+    page.unlink()
+    assert [finding.place for finding in check_index(index.parent)] == [name]
+
+
+def only(board: Board, results: list[int], tasks: list[int]) -> LeaderboardRecord:
+    """Return an entry of some results and tasks."""
+    record = LeaderboardRecord.model_validate_json(json.dumps(board.data))
+    chosen = tuple(record.results[one] for one in results), tuple(record.tasks[one] for one in tasks)
+    return record.model_copy(update=dict(zip(("results", "tasks"), chosen, strict=True)))
+
+
+def without_runs(record: LeaderboardRecord, first: int) -> LeaderboardRecord:
+    (result,) = record.results
+    return record.model_copy(update={"results": (result.model_copy(update={"runs": result.runs[:first]}),)})
+
+
+def test_an_entry_of_a_folder_is_what_its_suite_makes(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    suite = ScoreSuite("small", ("ddqn",), ("stop-line-v0",), small_board.EPISODES)
+    honest = only(board, [DDQN], [0])
+    assert any("unknown suite" in finding.said for finding in check_suite("small", honest))
+    monkeypatch.setattr(suites, "SUITES", {"small": suite})
+    assert list(check_suite("small", honest)) == list(check_suite("my-entry", honest)) == []
+    fewer_seeds, longer = without_runs(honest, 4), replace(suite, episodes=9)
+    as_transfer(board)
+    withheld_rows = only(board, [1], [0])
+    for name, record, own, said in (
+        ("sma1l", honest, suite, "looks like small"),
+        ("my-entry", fewer_seeds, suite, "neither what comes with the package nor trained by suite small"),
+        ("my-entry", honest, longer, "other episodes"),
+        ("my-entry", only(board, [0], [0, 0]), suite, "other tasks"),
+        ("my-entry", withheld_rows, suite, "it has a transfer"),
+    ):
+        monkeypatch.setattr(suites, "SUITES", {"small": own})
+        assert any(said in finding.said for finding in check_suite(name, record)), said
+
+
+def test_seeds_of_a_training_suite_are_all_of_its_seeds(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    trained = TrainingSuite("small", (("ddqn", "stop-line-v0"),), tuple(range(4)), small_board.EPISODES)
+    monkeypatch.setattr(suites, "SUITES", {"small": trained})
+    honest = only(board, [DDQN], [0])
+    assert list(check_suite("small", without_runs(honest, 4))) == []
+    assert list(check_suite("small", honest)) == []  # what comes with the package
+    assert list(check_suite("small", without_runs(honest, 3))) != []

@@ -90,7 +90,8 @@ Attack = Callable[[Sandbox, Rng], None]
 def make_sandbox(folder: Path) -> Sandbox:
     """Return a sandbox in a folder."""
     board = small_board.publish(folder / "board", small_board.PAIRS[:1])
-    publication.write_index(board.parent, {board.name: publication.verified_now(Level.SCHEMA, "build it")})
+    verified = publication.VerifiedEntry(read_entry(board), publication.verified_now(Level.SCHEMA, Level.SCHEMA))
+    publication.write_index(board.parent, {board.name: verified})
     run = folder / "run"
     with small_training.small_methods(), unchecked():
         plan = small_training.plan(run, seeds=(0,))

@@ -20,6 +20,9 @@ SHIPPED = Path(hhrl_agents.__file__).parent / "trained"
 METADATA_KEY = "hhrl-checkpoint"
 """Where in a header the metadata are."""
 
+MAX_HEADER_BYTES = 2**16
+"""No header of a checkpoint is longer: it names some arrays, and says of a training what takes a page."""
+
 
 class CheckpointError(InputError):
     """A checkpoint that is missing, damaged, foreign or of another interface."""
@@ -39,6 +42,7 @@ def read_metadata(checkpoint: Path | bytes) -> dict[str, Any]:
             path.write_bytes(checkpoint)
             return read_metadata(path)
     try:
+        _require_short_header(checkpoint)
         with safe_open(checkpoint, framework="np") as file:
             header = file.metadata() or {}
     except (SafetensorError, OSError) as error:
@@ -51,3 +55,10 @@ def read_metadata(checkpoint: Path | bytes) -> dict[str, Any]:
         return dict(json.loads(header[METADATA_KEY]))
     except (TypeError, ValueError, RecursionError) as error:
         raise CheckpointError(f"its metadata are no JSON object: {error}") from error
+
+
+def _require_short_header(path: Path) -> None:
+    with path.open("rb") as file:
+        length = int.from_bytes(file.read(8), "little")
+    if length > MAX_HEADER_BYTES:
+        raise CheckpointError(f"its header says that it has {length:,} bytes; a checkpoint's has {MAX_HEADER_BYTES:,}")

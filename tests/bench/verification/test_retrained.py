@@ -61,7 +61,7 @@ def with_run(board: LeaderboardRecord, result: int, number: int, run: RunRecord)
 def test_the_seeds_of_an_entry_leave_the_same_checkpoints(board: LeaderboardRecord, folder: Path) -> None:
     assert len(trained_seeds(board)) == 4
     heard: list[tuple[int, int, str]] = []
-    assert list(retrain(board, lambda *said: heard.append(said))) == []
+    assert list(retrain(board, Store(folder), lambda *said: heard.append(said))) == []
     assert [(done, total) for done, total, _ in heard if done == total] == [(STEPS, STEPS)] * 4
     assert heard[-1][2].startswith("train hybrid-hrl on stop-line-v0, seed 1: validation success ")
     assert list(verify(board, Store(folder), Level.RETRAINED, sample=1)) == []
@@ -70,19 +70,19 @@ def test_the_seeds_of_an_entry_leave_the_same_checkpoints(board: LeaderboardReco
 def test_every_trained_arm_of_a_transfer_is_trained_again_and_its_source_before_it(tmp_path: Path) -> None:
     moved = board_of(REUSE, tmp_path)
     arms = [one.training.arm for one in trained_seeds(moved)]
-    assert arms == [None, "frozen-action", "fine-tune", "scratch", "fine-tune", "scratch"]
-    assert list(retrain(moved)) == []
+    assert arms == [None, "zero-shot", "frozen-action", "fine-tune", "scratch", "zero-shot", "fine-tune", "scratch"]
+    assert list(retrain(moved, Store(tmp_path))) == []
     sourceless = moved.model_copy(update={"results": moved.results[1:]})
-    said = {finding.place: finding.said for finding in retrain(sourceless)}
-    assert list(said) == ["results[1].runs[0]", "results[2].runs[0]", "results[5].runs[0]"]
+    said = {finding.place: finding.said for finding in retrain(sourceless, Store(tmp_path))}
+    assert list(said) == [f"results[{arm}].runs[0]" for arm in (0, 1, 2, 4, 5)]
     assert all("is not among the results" in problem for problem in said.values())
 
 
-def test_another_checkpoint_or_another_training_is_found(board: LeaderboardRecord) -> None:
+def test_another_checkpoint_or_another_training_is_found(board: LeaderboardRecord, folder: Path) -> None:
     run = board.results[1].runs[1]
     assert run.training is not None
     other = with_run(board, 1, 1, run.model_copy(update={"checkpoint_sha256": "0" * 64}))
-    (finding,) = retrain(other)
+    (finding,) = retrain(other, Store(folder))
     assert finding.place == "results[1].runs[1].checkpoint_sha256"
     assert finding.said == f"trained again, seed 1 leaves {run.checkpoint_sha256}"
     for change, problem in (
@@ -93,24 +93,26 @@ def test_another_checkpoint_or_another_training_is_found(board: LeaderboardRecor
         ({"task": "unheard-of"}, "cannot be trained again: unknown task 'unheard-of'"),
     ):
         changed = run.model_copy(update={"training": run.training.model_copy(update=dict(change))})
-        (finding,) = retrain(with_run(board, 1, 1, changed))
+        (finding,) = retrain(with_run(board, 1, 1, changed), Store(folder))
         assert finding.place.startswith("results[1].runs[1]")
         assert finding.said.startswith(problem)
 
 
-def test_what_is_not_exact_is_left_out(board: LeaderboardRecord, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_not_exact_is_left_out(board: LeaderboardRecord, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = board.results[1].runs[1]
     assert run.training is not None
     inexact = run.model_copy(update={"training": run.training.model_copy(update={"exact": False})})
     other = with_run(board, 1, 1, inexact.model_copy(update={"checkpoint_sha256": "0" * 64}))
-    assert list(retrain(other)) == []
+    assert list(retrain(other, Store(folder))) == []
     monkeypatch.setattr(retrained, "train", lambda _: pytest.fail("trained"))
     with pytest.raises(pytest.fail.Exception):
-        list(retrain(other, sample=3))
+        list(retrain(other, Store(folder), sample=3))
 
 
 @pytest.mark.parametrize("sample", [1, 2, 9])
-def test_so_many_are_drawn_by_the_seed(board: LeaderboardRecord, sample: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_so_many_are_drawn_by_the_seed(
+    board: LeaderboardRecord, folder: Path, sample: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     again: list[str] = []
 
     def train(plan: Plan) -> Iterator[Report]:
@@ -120,7 +122,7 @@ def test_so_many_are_drawn_by_the_seed(board: LeaderboardRecord, sample: int, mo
     monkeypatch.setattr(retrained, "train", train)
     drawn = []
     for seed in (0, 0, 1, 2, 3):
-        assert len(list(retrain(board, sample=sample, seed=seed))) == min(sample, 4)
+        assert len(list(retrain(board, Store(folder), sample=sample, seed=seed))) == min(sample, 4)
         drawn.append(again.copy())
         again.clear()
     assert drawn[0] == drawn[1]

@@ -80,7 +80,7 @@ def names(said: str, place: Place, value: object) -> bool:
     """Return whether a complaint names a place, what stands there now, or a part that was computed from it."""
     top = str(place[0])
     own = f"{top}[{place[1]}]" if top in {"results", "tasks"} else top
-    lines = said.splitlines()
+    lines = said.rsplit("is no leaderboard: ", maxsplit=1)[-1].splitlines()
     if any(line.startswith((own, COMPUTED.get(top, own))) for line in lines):
         return True
     return ".".join(map(str, place[:2])) in said or (isinstance(value, str) and value in said)
@@ -112,7 +112,7 @@ def test_any_changed_leaf_is_found_and_named(path: Path, data: Any) -> None:
 
 
 def test_any_changed_leaf_of_a_transfer_is_found_and_named(path: Path) -> None:
-    write_entry(small_board.with_transfer(read_entry(path)), path)
+    write_entry(small_board.with_transfer(read_entry(path), Store(path.parent)), path)
     assert findings(path) == []
     data, rng = json.loads(path.read_text()), np.random.default_rng(3)
     places = [place for place in leaves(data) if place[0] in {"transfer", "checkpoints_published"}]
@@ -124,9 +124,9 @@ def test_any_changed_leaf_of_a_transfer_is_found_and_named(path: Path) -> None:
 
 def test_of_checkpoints_that_are_not_published_nothing_is_proved(path: Path) -> None:
     """An entry of a transfer says so itself; its command trains them again."""
-    write_entry(small_board.with_transfer(read_entry(path)), path)
+    write_entry(small_board.with_transfer(read_entry(path), Store(path.parent)), path)
     data = json.loads(path.read_text())
-    path.write_text(json.dumps(put(data, ("results", 1, "runs", 0, "checkpoint_sha256"), "0" * 64)))
+    path.write_text(json.dumps(put(data, ("results", 4, "runs", 0, "checkpoint_sha256"), "0" * 64)))
     assert complaint(path) == ""
 
 
