@@ -4,6 +4,7 @@ What a process that was killed has left of one is a *fragment*: a hidden file wi
 reads and which the next process that writes in the folder removes once it is old.
 """
 
+import os
 import re
 import secrets
 import time
@@ -26,19 +27,35 @@ class OutputError(InputError):
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write ``content`` to a temporary name in the same folder, then put it in the place of ``path``.
 
+    Both have reached the disk when this returns, so that no loss of power can leave half a file under the name.
+
     Raises:
         OutputError: if it cannot be written; what stood at ``path`` is then still there.
     """
     _sweep(path.parent)
     temporary = _temporary(path)
     try:
-        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+        with temporary.open("wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
         temporary.replace(path)
+        _sync_folder(path.parent)
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
     finally:
         with suppress(OSError):
             temporary.unlink()  # there is none any more unless it could not be written, or an interrupt came
+
+
+def _sync_folder(folder: Path) -> None:
+    """Let the disk know the names in a folder, where a system lets one open folders."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def require_writable(path: Path) -> None:
