@@ -11,10 +11,14 @@ PIP_INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check
 LOCKED_INSTALL := $(PIP_INSTALL) --require-hashes --no-deps --requirement
 LOCK := .venv-tools/bin/uv pip compile --quiet --no-config --upgrade --universal --python-version 3.11 --generate-hashes \
 	--no-header --no-annotate
+# What the lowest versions must do: the same trajectories, views and pictures, a command
+LOWEST := tests/envs/simulation/test_golden.py tests/envs/views/test_triads.py tests/envs/rendering/test_rendering.py \
+	tests/bench/figures/test_watch.py tests/bench/cli/test_streams.py
 
-.PHONY: help bench test lint fuzz benchmark docs exact exact-arm64 interop cluster kills interrupts locks audit
+.PHONY: help install lowest bench test lint fuzz benchmark docs exact exact-arm64 interop cluster kills interrupts locks audit
 
 help:
+	@echo "make install    install the command line with all that it can use, into .venv"
 	@echo "make bench      score the agents of the quick suite, print their leaderboard and compare it with the published one"
 	@echo "make test       run the tests"
 	@echo "make lint       check style, types and the direction of imports"
@@ -26,9 +30,13 @@ help:
 	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
+	@echo "make lowest     try the lowest versions that are declared, in .venv-lowest"
 	@echo "make locks      write locks/ anew after a change of pyproject.toml or constraints.txt"
 	@echo "make audit      ask which locked versions have known vulnerabilities"
 	@echo "make interrupts press Ctrl-C at two hundred random moments of evaluate, train and run"
+
+install: .venv/installed-all
+	@echo "installed: $(BIN)/hhrl-bench"
 
 bench: .venv/installed-bare
 	$(BIN)/hhrl-bench run --suite quick
@@ -78,6 +86,9 @@ kills: .venv/installed-dev
 interrupts: .venv/installed-dev
 	HHRL_PRESSES=200 $(BIN)/pytest tests/bench/cli/test_interrupts.py
 
+lowest: .venv-lowest/installed
+	PYTHONPATH=tests .venv-lowest/bin/pytest -o filterwarnings= $(LOWEST)
+
 locks: .venv-tools/installed
 	set -e; for extra in bare all dev; do \
 		$(LOCK) --constraint constraints.txt $$([ $$extra = bare ] || echo --extra $$extra) \
@@ -118,6 +129,12 @@ $(BIN)/python:
 .venv-tools/installed: locks/tools.txt
 	test -x .venv-tools/bin/python || $(PYTHON) -m venv .venv-tools
 	.venv-tools/bin/pip install --quiet --disable-pip-version-check --require-hashes --no-deps --requirement locks/tools.txt
+	touch $@
+
+.venv-lowest/installed: pyproject.toml .venv-tools/installed
+	.venv-tools/bin/uv venv --quiet --no-config --clear --python $(PYTHON) .venv-lowest
+	.venv-tools/bin/uv pip install --quiet --no-config --python .venv-lowest/bin/python --resolution lowest-direct \
+		--editable '.[render,report]' 'pytest>=8.3'
 	touch $@
 
 .venv-ray/installed-interop: pyproject.toml constraints-interop.txt

@@ -1,12 +1,14 @@
 """The command line ``hhrl-bench``: every command brings in what does its work when it is run, not before."""
 
 from hhrl_bench.cli.interrupts import leave_on_interrupt
+from hhrl_bench.cli.streams import mend_streams
 
 __all__ = ["main"]
 
 
 def main() -> None:
     """Run ``hhrl-bench`` with the arguments of the process; an interrupt is heeded while modules are imported too."""
+    mend_streams()
     leave_on_interrupt(_run)
 
 

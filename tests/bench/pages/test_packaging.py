@@ -2,12 +2,15 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
+import tarfile
 from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
+from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -68,3 +71,23 @@ def test_the_wheel_alone_lists_its_trained_agents(installed: Path, tmp_path: Pat
         folder.name: len(list(folder.glob("*.safetensors")))
         for folder in (ROOT / "agents/hhrl_agents/trained").iterdir()
     }
+
+
+def test_the_source_distribution_is_small_and_has_no_published_data(tmp_path: Path) -> None:
+    (made,) = SdistBuilder(str(ROOT)).build(directory=str(tmp_path))
+    assert Path(made).stat().st_size < 3_000_000
+    with tarfile.open(made) as archive:
+        folders = {name.split("/")[1] for name in archive.getnames()}
+    assert "leaderboards" not in folders
+    assert {"agents", "environments", "hhrl_bench", "tests", "locks", "Makefile", "pyproject.toml"} <= folders
+
+
+def test_classifiers_name_the_tested_python() -> None:
+    assert "Programming Language :: Python :: 3.11" in PROJECT["classifiers"]
+
+
+def test_no_hint_names_a_package_of_an_index() -> None:
+    sources = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py")]
+    pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("*/README.md")]
+    for path in [*sources, *pages]:
+        assert not re.search(r"pip install[^\n]*[ '\"]hhrl-bench", path.read_text()), path
