@@ -4,6 +4,7 @@ What a process that was killed has left of one is a *fragment*: a hidden file wi
 reads and which the next process that writes in the folder removes once it is old.
 """
 
+import os
 import re
 import secrets
 import time
@@ -29,7 +30,8 @@ class OutputError(InputError):
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write ``content`` to a temporary name in the same folder, then put it in the place of ``path``.
 
-    The folder is made if need be.
+    The folder is made if need be. Content and name have reached the disk when this returns, so that no loss of power can
+    leave half a file under the name.
 
     Raises:
         OutputError: if it cannot be written; what stood at ``path`` is then still there, and no folder is left.
@@ -45,11 +47,25 @@ def write_atomically(path: Path, content: str | bytes) -> None:
 
 def _replace(path: Path, temporary: Path, content: bytes) -> None:
     try:
-        temporary.write_bytes(content)
+        with temporary.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
         temporary.replace(path)
+        _sync_folder(path.parent)
     finally:
         with suppress(OSError):
             temporary.unlink()  # there is none any more unless it could not be written, or an interrupt came
+
+
+def _sync_folder(folder: Path) -> None:
+    """Let the disk know the names in a folder, where a system lets one open folders."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def require_writable(path: Path) -> None:

@@ -1,5 +1,6 @@
 """Driving environments for hierarchical reinforcement learning: stop at a stop-line behind traffic."""
 
+import sys
 from types import ModuleType
 
 from hhrl_envs import observation
@@ -37,6 +38,9 @@ __all__ = [
     "register",
     "triad",
 ]
+
+# for ``import hhrl_envs.stop_line_v0``
+sys.modules.update({f"{__name__}.{name}": world for name, world in WORLDS.items()})
 
 
 def __getattr__(name: str) -> ModuleType:

@@ -39,5 +39,5 @@ class MissingExtraError(InputError):
 def require(module: str, extra: str) -> None:
     """Raise a ``MissingExtraError`` unless the top-level ``module`` is installed; it names the extra that brings it."""
     if find_spec(module) is None:
-        checkout = f"in a checkout: pip install -e '.[{extra}]'"
-        raise MissingExtraError(f"{module} is not installed; run: pip install 'hhrl-bench[{extra}]', or {checkout}")
+        brings = f"the extra '{extra}' of hhrl-bench brings it; in a checkout: pip install -e '.[{extra}]'"
+        raise MissingExtraError(f"{module} is not installed; {brings}")

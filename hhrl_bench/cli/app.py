@@ -59,6 +59,8 @@ def _message(error: Exception) -> str | None:
     """Return what to say of bad usage or input; None for a fault of ours, which keeps its traceback."""
     if hasattr(error, "format_message"):
         return str(error.format_message()).replace("Value error, ", "")
+    if isinstance(error, FileNotFoundError) and error.filename is None:
+        return "the current folder has been removed; change to one that is there"
     if isinstance(error, OSError) and error.strerror:
         return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
     if isinstance(error, ValueError):
@@ -68,11 +70,16 @@ def _message(error: Exception) -> str | None:
     return None
 
 
+def _require_threads(number: str) -> None:
+    """Refuse a number of threads that an environment hands down and that no library that reads it could use."""
+    if not number.isdecimal() or int(number) < 1:
+        raise typer.BadParameter(f"NUMBA_NUM_THREADS is {number!r}; write a number of threads from 1, or unset it")
+
+
 app = typer.Typer(
     cls=OneLineErrors,
     help="Benchmark hierarchical, flat and rule agents on the stop-line tasks.",
     context_settings={"help_option_names": ["-h", "--help"]},
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 app.add_typer(agents_app)
@@ -102,6 +109,7 @@ def _root(
 ) -> None:
     if traceback:
         os.environ[TRACEBACK_VARIABLE] = "1"  # processes that the command begins show theirs too
+    _require_threads(os.environ.get("NUMBA_NUM_THREADS", "1"))
     if extension or "HHRL_EXTENSIONS" in os.environ:
         from hhrl_bench.extensions import load_extensions
 

@@ -24,6 +24,7 @@ from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
 
 MAX_ENTRY_BYTES = 16 * 2**20
+PLACES = "hhrl-bench run writes one, and published ones lie in the repository's folder leaderboards"
 _NUMBERS = re.compile(r'\[\n[^][{}"]*\]')  # a list of them over several lines; no text holds a line end
 
 
@@ -141,7 +142,7 @@ def read_entry(path: Path) -> LeaderboardRecord:
         with path.open("rb") as file:
             data = file.read(MAX_ENTRY_BYTES + 1)
     except OSError as error:
-        raise RecordError(f"cannot read {path}: {error.strerror}; hhrl-bench run writes one") from error
+        raise RecordError(f"cannot read {path}: {error.strerror}; {PLACES}") from error
     if len(data) > MAX_ENTRY_BYTES:
         raise RecordError(f"{path} is larger than {MAX_ENTRY_BYTES // 2**20} MiB, which no leaderboard is")
     try:

@@ -1,4 +1,5 @@
 import os
+import stat
 import time
 from pathlib import Path
 
@@ -27,17 +28,34 @@ def test_text_and_bytes_take_the_place_of_what_was_there(tmp_path: Path) -> None
 
 
 def test_a_failed_write_leaves_what_was_there_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(path: Path, data: bytes) -> int:
-        with path.open("wb") as file:
-            file.write(data[:3])
+    def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
     (tmp_path / "a").write_text("before")
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OutputError, match=r"cannot write .*a: No space left on device"):
         write_atomically(tmp_path / "a", "after")
     assert (tmp_path / "a").read_text() == "before"
     assert names(tmp_path) == ["a"]
+
+
+def test_a_file_is_on_the_disk_before_it_has_its_name_and_then_its_folder_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    replace = Path.replace
+
+    def synced(descriptor: int) -> None:
+        done.append("folder" if stat.S_ISDIR(os.fstat(descriptor).st_mode) else f"{os.fstat(descriptor).st_size} bytes")
+
+    def replaced(path: Path, target: Path) -> Path:
+        done.append("name")
+        return replace(path, target)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(Path, "replace", replaced)
+    write_atomically(tmp_path / "a", "after")
+    assert done == ["5 bytes", "name", "folder"]
 
 
 def test_what_cannot_be_written_is_said_before_the_work(tmp_path: Path) -> None:

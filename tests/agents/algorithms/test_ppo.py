@@ -166,7 +166,7 @@ def test_worlds_must_be_one_for_each_environment() -> None:
 
 def test_without_the_library_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hhrl_envs.errors.find_spec", lambda _: None)
-    with pytest.raises(InputError, match=r"pip install 'hhrl-bench\[sb3\]'"):
+    with pytest.raises(InputError, match=r"pip install -e '.\[sb3\]'"):
         learner_of()
 
 

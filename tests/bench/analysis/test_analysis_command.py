@@ -114,5 +114,5 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path: Path, monke
     monkeypatch.setattr(errors, "find_spec", lambda _: None)
     result = invoke("analyse", "rule-1", "--out", str(tmp_path / "new"))
     assert result.exit_code == 2
-    assert "pip install 'hhrl-bench[report]'" in result.stderr
+    assert "pip install -e '.[report]'" in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

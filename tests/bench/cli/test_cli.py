@@ -425,7 +425,7 @@ def test_methods_train_without_torch(tmp_path: Path, method: str) -> None:
 def test_what_needs_torch_says_which_extra_to_install(tmp_path: Path) -> None:
     ended = process("train", "ppo", folder=tmp_path, code=WITHOUT_TORCH)
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert "pip install 'hhrl-bench[sb3]'" in ended.stderr
+    assert "pip install -e '.[sb3]'" in ended.stderr
     assert ended.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
 

@@ -38,7 +38,7 @@ def test_a_missing_extra_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hhrl_envs.errors.find_spec", lambda _: None)
     done = invoke("run", "--executor", "ray")
     assert (done.exit_code, done.stdout) == (2, "")
-    assert "pip install 'hhrl-bench[ray]'" in done.stderr
+    assert "pip install -e '.[ray]'" in done.stderr
 
 
 def test_the_executor_is_provenance_and_a_worker_of_one_can_be_timed(tmp_path: Path) -> None:

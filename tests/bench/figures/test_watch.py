@@ -131,7 +131,7 @@ def test_episodes_outside_the_test_range_are_refused(tmp_path: Path, episode: in
 
 def test_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(errors, "find_spec", lambda _: None)
-    said = "pip install 'hhrl-bench[render]', or in a checkout: pip install -e '.[render]'"
+    said = "the extra 'render' of hhrl-bench brings it; in a checkout: pip install -e '.[render]'"
     with pytest.raises(InputError, match=re.escape(said)):
         watch(Unplayable(), TASK, tmp_path / "film.gif")
 

@@ -2,21 +2,21 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
-import tomllib
+import tarfile
 from pathlib import Path
-from typing import Any
 from zipfile import ZipFile
 
 import pytest
+from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-ROOT = Path(__file__).parents[3]
-PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-UNTESTED = {"ray"}
+from support.distribution import PROJECT, ROOT, constraints, dependencies
+
 PACKAGES = ("hhrl_bench", "environments/hhrl_envs", "agents/hhrl_agents")
 
 
@@ -30,22 +30,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "installed"
 
 
-def requirements() -> list[Requirement]:
-    extras = PROJECT["optional-dependencies"]
-    lines = [*PROJECT["dependencies"], *(line for extra in extras.values() for line in extra)]
-    return [requirement for requirement in map(Requirement, lines) if requirement.name != PROJECT["name"]]
-
-
-def constraints() -> dict[str, str]:
-    lines = (ROOT / "constraints.txt").read_text().splitlines()
-    pairs = (line.split("==") for line in lines if line and not line.startswith("#"))
-    return {canonicalize_name(name): version for name, version in pairs}
-
-
-@pytest.mark.parametrize("requirement", requirements(), ids=str)
+@pytest.mark.parametrize("requirement", sorted(set(dependencies(*PROJECT["optional-dependencies"])), key=str), ids=str)
 def test_tested_version_satisfies_the_requirement(requirement: Requirement) -> None:
-    if requirement.name not in UNTESTED:
-        assert constraints()[canonicalize_name(requirement.name)] in requirement.specifier
+    assert constraints()[canonicalize_name(requirement.name)] in requirement.specifier
 
 
 def test_extras_and_dependencies_never_bring_torch_uninvited() -> None:
@@ -84,3 +71,23 @@ def test_the_wheel_alone_lists_its_trained_agents(installed: Path, tmp_path: Pat
         folder.name: len(list(folder.glob("*.safetensors")))
         for folder in (ROOT / "agents/hhrl_agents/trained").iterdir()
     }
+
+
+def test_the_source_distribution_is_small_and_has_no_published_data(tmp_path: Path) -> None:
+    (made,) = SdistBuilder(str(ROOT)).build(directory=str(tmp_path))
+    assert Path(made).stat().st_size < 3_000_000
+    with tarfile.open(made) as archive:
+        folders = {name.split("/")[1] for name in archive.getnames()}
+    assert "leaderboards" not in folders
+    assert {"agents", "environments", "hhrl_bench", "tests", "locks", "Makefile", "pyproject.toml"} <= folders
+
+
+def test_classifiers_name_the_tested_python() -> None:
+    assert "Programming Language :: Python :: 3.11" in PROJECT["classifiers"]
+
+
+def test_no_hint_names_a_package_of_an_index() -> None:
+    sources = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py")]
+    pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("*/README.md")]
+    for path in [*sources, *pages]:
+        assert not re.search(r"pip install[^\n]*[ '\"]hhrl-bench", path.read_text()), path

@@ -166,4 +166,4 @@ def test_the_extra_is_named_where_it_is_missing(module: str, monkeypatch: pytest
     monkeypatch.setattr("hhrl_envs.errors.find_spec", lambda name: None if name == module else find(name))
     result = invoke("report", "a.json")
     assert (result.exit_code, f"{module} is not installed" in result.stderr) == (2, True)
-    assert "hhrl-bench[report]" in result.stderr
+    assert "pip install -e '.[report]'" in result.stderr

@@ -77,6 +77,6 @@ def test_without_the_extra_one_line_names_it_and_no_folder_is_made(
     monkeypatch.setattr(errors, "find_spec", lambda name: None if name == missing else found(name))
     said = invoke("train", *words, "--out", str(tmp_path / "run"))
     assert said.exit_code == 2
-    assert f"hhrl-bench[{extra}]" in said.stderr
+    assert f"pip install -e '.[{extra}]'" in said.stderr
     assert said.stderr.count("\n") == 1
     assert not (tmp_path / "run").exists()

@@ -84,9 +84,9 @@ def test_vehicles_keep_their_scale() -> None:
 
 def test_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(errors, "find_spec", lambda _: None)
-    with pytest.raises(errors.MissingExtraError, match=r"pip install 'hhrl-bench\[render\]'"):
+    with pytest.raises(errors.MissingExtraError, match=r"pip install -e '.\[render\]'"):
         Renderer(Simulator(SCENARIO, 1), "rgb_array")
-    with pytest.raises(errors.MissingExtraError, match=r"pip install 'hhrl-bench\[render\]'"):
+    with pytest.raises(errors.MissingExtraError, match=r"pip install -e '.\[render\]'"):
         draw_row(Simulator(SCENARIO, 1))
 
 

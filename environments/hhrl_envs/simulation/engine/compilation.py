@@ -1,37 +1,23 @@
 """The one way in which this package compiles its kernels."""
 
-import hashlib
 from collections.abc import Callable, Iterable
-from functools import cache, reduce
-from itertools import chain
-from pathlib import Path
+from functools import reduce
 from typing import Any, TypeVar, cast
 
+import numba
 import numpy as np
 from numba import njit
+
+from hhrl_envs.errors import InputError
+from hhrl_envs.simulation.engine.kernel_cache import keep
+
+if cast(Any, numba.config).DISABLE_JIT:
+    raise InputError("NUMBA_DISABLE_JIT is set, but the simulator only runs compiled; unset it")
 
 F = TypeVar("F", bound=Callable[..., object])
 
 unsigned = cast(Callable[[float], int], np.uint64)
 """Makes an index unsigned; see ``layout`` for why."""
-
-
-_FOLDERS = ("scenario", "simulation", "networks", "replay", "algorithms")
-
-
-def digest_sources(package: Path) -> str:
-    """Return the SHA-256 of all sources in a package's folder that kernels or their constants come from."""
-    sources = [*package.glob("*.py"), *chain(*((package / folder).rglob("*.py") for folder in _FOLDERS))]
-    return hashlib.sha256(b"".join(source.read_bytes() for source in sorted(sources))).hexdigest()
-
-
-_digest = cache(digest_sources)
-
-
-def _sources(function: Callable[..., object]) -> tuple[str, str]:
-    """Return the digests of the sources that a kernel can come from: this package's and its own package's."""
-    own = Path(function.__code__.co_filename).parents[function.__module__.count(".") - 1]
-    return _digest(Path(__file__).parents[2]), _digest(own)
 
 
 def _compiled(function: Callable[..., object], **options: Any) -> Any:
@@ -44,11 +30,8 @@ def kernel(function: F) -> F:
     ``error_model="numpy"`` lets a division by zero give inf instead of an exception, without which no loop with a
     division would vectorise. ``fastmath`` stays off: the same bits on every machine, in every batch.
     """
-    compiled = _compiled(function, cache=True, no_cfunc_wrapper=True)
-    # numba dates a cache entry by the function's own file, so a changed callee in another file would go unnoticed and
-    # the old physics would run on: date it by all sources of kernels.
-    entries = compiled._cache._cache_file  # noqa: SLF001
-    entries._source_stamp = (entries._source_stamp, *_sources(function))  # noqa: SLF001
+    compiled = _compiled(function, no_cfunc_wrapper=True)
+    keep(compiled)
     return cast(F, compiled)
 
 
