@@ -1,6 +1,8 @@
 """Names of agents and tasks, which may be paths or module:factory, made to fit into narrow columns and file names."""
 
 import re
+from collections.abc import Iterable
+from difflib import get_close_matches
 from hashlib import sha256
 
 NAME_WIDTH = 24
@@ -28,6 +30,20 @@ def folded(name: str, width: int = NAME_WIDTH) -> str:
 def indented(name: str, width: int = NAME_WIDTH) -> str:
     """Return a name folded, every line below the heading of its group."""
     return "\n".join(f"  {line}" for line in folded(name, width).splitlines())
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """Return the question whether a known name was meant that is nearly this one; nothing if none is near."""
+    near = get_close_matches(name.replace("_", "-"), list(known), n=1)
+    return f", did you mean {near[0]}" if near else ""
+
+
+_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s", "_": "-", ".": "-", " ": "-"})
+
+
+def look(name: str) -> str:
+    """Return what is equal for names that can be mistaken for each other."""
+    return name.casefold().translate(_ALIKE)
 
 
 def file_name(name: str) -> str:

@@ -13,7 +13,15 @@ import typer
 
 from hhrl_bench.cli.console import announce_compiling, console, progress
 from hhrl_bench.cli.interrupts import advise
-from hhrl_bench.cli.options import AgentArgument, AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
+from hhrl_bench.cli.options import (
+    AgentArgument,
+    AgentsArgument,
+    HeldOption,
+    JsonOption,
+    OpponentOption,
+    TaskOption,
+    TrustOption,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -97,6 +105,7 @@ def evaluate(
     option: HeldOption = None,
     opponent: OpponentOption = None,
     as_json: JsonOption = False,
+    _trust: TrustOption = False,
 ) -> None:
     """Score one agent or several on a task's test episodes, the same worlds for every agent."""
     from hhrl_bench.evaluation.guarded_agent import option_name
@@ -202,7 +211,7 @@ def _say_failed(folder: Path, seeds: Collection[int]) -> bool:
 def _agents() -> Rows:
     """Return the rule agents, and the learned methods: how many trained seeds come with the package, what they are."""
     from hhrl_agents import METHODS, RULES
-    from hhrl_bench.evaluation.loading import shipped_methods
+    from hhrl_bench.evaluation.sources import shipped_methods
 
     shipped = shipped_methods()
     rules = [{"id": name, "kind": "rule", "shipped_seeds": None, "summary": None} for name in RULES]

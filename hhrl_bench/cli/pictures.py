@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hhrl_bench.cli.console import announce_compiling, console
-from hhrl_bench.cli.options import AgentArgument, HeldOption, JsonOption, OpponentOption, TaskOption
+from hhrl_bench.cli.options import AgentArgument, HeldOption, JsonOption, OpponentOption, TaskOption, TrustOption
 
 if TYPE_CHECKING:
     from hhrl_envs import Outcome
@@ -35,6 +35,7 @@ def watch(
     entry: Annotated[Path, typer.Option(help="A published leaderboard, for --failed.")] = Path(
         "leaderboards/quick.json"
     ),
+    _trust: TrustOption = False,
 ) -> None:
     """Draw an agent's test episode: every step as a .gif, or key frames and charts as a .png."""
     if failed is not None:
@@ -73,6 +74,7 @@ def analyse(
     episode: Annotated[int, typer.Option(min=0, help="The test episode to show step by step.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder to write analysis.json and the figures into.")] = None,
     as_json: JsonOption = False,
+    _trust: TrustOption = False,
 ) -> None:
     """Show an agent's option usage, per-level rewards and attention; of several training seeds, the lowest one's."""
     from hhrl_bench.analysis import analyse as analysis

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from hhrl_bench.cli.console import announce_compiling, console
-from hhrl_bench.cli.options import AgentsArgument, JsonOption
+from hhrl_bench.cli.options import AgentsArgument, JsonOption, TrustOption
 
 if TYPE_CHECKING:
     from hhrl_bench.execution.progress_folder import ProgressFolder
@@ -74,6 +74,7 @@ def run(
     workers: WorkersOption = None,
     address: AddressOption = None,
     unit_timeout: UnitTimeoutOption = None,
+    _trust: TrustOption = False,
 ) -> None:
     """Run a suite, print and write its leaderboard, and compare it with the published one; exit code 1 if a unit fails.
 
@@ -141,6 +142,7 @@ def robustness(
     agents: AgentsArgument,
     episodes: Annotated[int, typer.Option(help="How many test episodes of each task.")] = 1000,
     as_json: JsonOption = False,
+    _trust: TrustOption = False,
 ) -> None:
     """Score agents in ordinary traffic, among held-out drivers, and behind a trained adversary."""
     from hhrl_bench.evaluation.loading import require_playable

@@ -27,7 +27,7 @@ from hhrl_bench.schema import (
     sha256_of,
 )
 from hhrl_bench.suites import suites
-from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.tasks.tasks import registered_task
 
 Day = Annotated[str, StringConstraints(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
 
@@ -117,7 +117,7 @@ def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> No
     _require_equal("tasks", [task.id for task in board.tasks], list(own.tasks), own.id)
     _require_equal("episodes", {task.episodes for task in board.tasks}, {own.episodes}, own.id)
     opponents = [task.opponent and task.opponent.agent for task in board.tasks]
-    _require_equal("opponents", opponents, [get_task(task).opponent for task in own.tasks], own.id)
+    _require_equal("opponents", opponents, [registered_task(task).opponent for task in own.tasks], own.id)
     scored = {(result.agent, result.task) for result in board.results}
     agents = dict.fromkeys(result.agent for result in board.results)
     missing = [f"{agent} on {task}" for agent in agents for task in own.tasks if (agent, task) not in scored]

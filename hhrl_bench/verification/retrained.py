@@ -12,7 +12,7 @@ from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import sha256_of
-from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.tasks.tasks import registered_task
 from hhrl_bench.training.reuse import Source, load_source
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.train import Plan, get_method, train
@@ -83,7 +83,7 @@ class _Retraining:
         return path
 
     def _plan(self, training: TrainingRecord) -> Plan:
-        method, task, budget = get_method(training.method), get_task(training.task or ""), training.budget or 0
+        method, task, budget = get_method(training.method), registered_task(training.task or ""), training.budget or 0
         if training.arm is None:
             return Plan(method, task, (training.seed,), budget, self._folder / "run")
         source = self._source(training)
