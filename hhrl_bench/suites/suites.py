@@ -19,6 +19,7 @@ from hhrl_bench.execution.unit import Stages
 from hhrl_bench.schema import RESERVED, STEM
 from hhrl_bench.suites.units import Evaluation, Training, arm_trainings, seed_trainings
 from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.text import meant
 from hhrl_bench.transfer.transfer import Transfer, sensible_arms
 
 
@@ -273,4 +274,7 @@ def get_suite(suite_id: str) -> Suite:
     try:
         return SUITES[suite_id]
     except KeyError:
-        raise UnknownSuiteError(f"unknown suite {suite_id!r}; known suites: {', '.join(SUITES)}") from None
+        raise UnknownSuiteError(
+            f"unknown suite {suite_id!r}{meant(suite_id, SUITES)}; known suites: {', '.join(SUITES)}; "
+            "a suite of your own is a file that ends in .json"
+        ) from None
