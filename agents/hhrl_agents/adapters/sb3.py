@@ -165,9 +165,7 @@ def _weights(path: Path) -> dict[str, Any]:
     try:
         weights = torch.load(io.BytesIO(_member(path, "policy.pth")), map_location="cpu", weights_only=True)
     except Exception as error:  # its errors have no common class of their own
-        raise InputError(
-            f"{path} holds weights that torch does not read as plain data; save the model again"
-        ) from error
+        raise InputError(f"{path} holds weights that torch does not read as data; save the model again") from error
     if not isinstance(weights, dict) or not all(isinstance(one, torch.Tensor) for one in weights.values()):
         raise InputError(f"{path} holds other weights than tensors; save the model again")
     return weights
