@@ -79,17 +79,17 @@ def read_json(text: str) -> Any:
 
 def _require_keys(data: Any, known: Sequence[str], required: Sequence[str], place: str) -> None:
     """Raise an ``InputError`` unless ``data`` is an object with the required keys, and others of the known ones."""
-    where = f"{place} " if place else ""
+    where = place or "it"
     if not isinstance(data, dict):
-        raise InputError(f"{where or 'it '}is {_shown(data)}; write an object with the keys {', '.join(known)}")
+        raise InputError(f"{where} is {_shown(data)}; write an object with the keys {', '.join(known)}")
     for key in data:
         if key not in known:
             near = get_close_matches(key, known, n=1)
             meant = f", did you mean {near[0]!r}; write" if near else "; write"
-            raise InputError(f"{where}has the unknown key {key!r}{meant} some of: {', '.join(known)}")
+            raise InputError(f"{where} has the unknown key {key!r}{meant} some of: {', '.join(known)}")
     missing = [key for key in required if key not in data]
     if missing:
-        raise InputError(f"{where or 'it '}lacks {missing[0]!r}; add it")
+        raise InputError(f"{where} lacks {missing[0]!r}; add it")
 
 
 def _plain(value: Any) -> Any:

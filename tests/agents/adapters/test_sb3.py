@@ -9,15 +9,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
+import torch
 
 from hhrl_agents import from_sb3
 from hhrl_envs import InputError
 
-torch = pytest.importorskip("torch")
 sb3 = pytest.importorskip("stable_baselines3")
-gymnasium = pytest.importorskip("gymnasium")
 
 STATES = np.random.default_rng(0).uniform(-1.0, 2.0, size=(200, 11)).astype(np.float32)
 MODELS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -107,10 +107,6 @@ def zipped(code: bytes) -> bytes:
     return path.read_bytes()
 
 
-class Own(torch.nn.Module):  # type: ignore[misc]
-    pass
-
-
 def of(**settings: Any) -> Callable[[dict[str, Any]], None]:
     return lambda data: data.update(settings)
 
@@ -179,7 +175,9 @@ def test_what_a_recurrent_model_remembers_is_handed_back_and_forgotten_at_the_st
     class Counting:
         action_space = gymnasium.spaces.Discrete(6)
 
-        def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool) -> Any:
+        def predict(
+            self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = False
+        ) -> Any:
             assert deterministic
             known = np.zeros(len(observation), np.int64) if state is None else state
             known = np.where(episode_start, 0, known + 1)

@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 
 from hhrl_agents import from_torch
 from hhrl_envs import InputError
 
-torch = pytest.importorskip("torch")
 OBSERVATIONS = np.random.default_rng(0).normal(size=(5, 11)).astype(np.float32)
 
 
-class Returning(torch.nn.Module):  # type: ignore[misc]
+class Returning(torch.nn.Module):
     def __init__(self, answer: Any) -> None:
         super().__init__()
         self.answer = answer

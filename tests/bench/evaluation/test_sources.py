@@ -60,6 +60,15 @@ def test_a_folder_a_list_and_a_file_are_files_in_the_order_of_their_numbers(fold
     assert policy_files("a,b.zip") == [Path("a,b.zip")]
 
 
+def test_files_of_other_libraries_run_apart(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr("hhrl_bench.evaluation.loading.AgentProcess", lambda _, source, __: asked.append(source))
+    for loaded in load_agents("models", SCENARIO):
+        assert loaded.kind == "factory"
+        _ = loaded.agent
+    assert asked == [str(folder / "models" / name) for name in ("run_2.zip", "run_10.zip")]
+
+
 def test_a_factory_has_the_seeds_behind_the_at() -> None:
     assert runs_apart("seeded:Seeded@0-1,7") == [f"seeded:Seeded@{seed}" for seed in (0, 1, 7)]
     assert runs_apart("seeded:plain") == ["seeded:plain"]
