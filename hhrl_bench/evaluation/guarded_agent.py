@@ -140,7 +140,7 @@ def checked(values: object, what: str, rows: int, low: int, high: int) -> Ints:
     """Return an agent's choices as int64 [rows]; raise an ``AgentError`` unless they are integers in [low, high]."""
     try:
         array = np.asarray(values)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, RuntimeError) as error:  # the last one from a tensor on another device
         raise AgentError(f"the agent's {what} are no array; return integers of shape ({rows},)") from error
     if array.shape != (rows,) or array.dtype.kind not in "iu":
         raise AgentError(

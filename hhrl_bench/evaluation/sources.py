@@ -64,7 +64,7 @@ def policy_files(name: str) -> list[Path]:
         AgentError: if a folder holds none, or a list names a file twice, one that is not there, or several kinds.
     """
     path = Path(name)
-    if _holds(path.is_dir):
+    if name and _holds(path.is_dir):
         return _in_folder(path)
     if _is_policy(path):
         return [path]

@@ -7,7 +7,7 @@ from pydantic import Field, ValidationError
 from hhrl_bench.errors import SuiteError
 from hhrl_bench.schema import MAX_RESULTS, Name, Positive, Record, Stem, first_problem
 from hhrl_bench.suites.suites import SUITES, ScoreSuite, Suite, get_suite
-from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.tasks.tasks import Task, get_task, registered_task
 from hhrl_bench.text import look
 from hhrl_envs.scenario.files import read_file, read_json
 
@@ -16,7 +16,7 @@ _Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=MAX_RESULTS)
 
 
 class SuiteFile(Record):
-    """What a suite file holds; paths are relative to the current folder."""
+    """What a suite file holds; tasks are ids and scenario files, and paths are relative to the current folder."""
 
     id: Stem
     tasks: _Names
@@ -38,12 +38,18 @@ def find_suite(source: str) -> Suite:
             raise SuiteError(
                 f"{source}: the id {file.id!r} is or looks like that of the suite {known}; write another id"
             )
-    tasks = tuple(get_task(task).id for task in file.tasks)
+    tasks = tuple(_task(source, task).id for task in file.tasks)
     for what, names in (("task", tasks), ("agent", file.agents)):
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise SuiteError(f"{source}: the {what} {twice!r} is named twice; name each once")
     return ScoreSuite(file.id, file.agents, tasks, file.episodes)
+
+
+def _task(source: str, name: str) -> Task:
+    if ":" in name and not name.endswith(".json"):
+        raise SuiteError(f"{source}: {name!r} may be code, which a suite file cannot run; name ids and scenario files")
+    return get_task(name) if name.endswith(".json") else registered_task(name)
 
 
 def _read(text: str) -> SuiteFile:

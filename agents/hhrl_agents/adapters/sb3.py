@@ -20,6 +20,7 @@ from hhrl_agents.adapters.torch_modules import from_torch
 from hhrl_agents.agent import Agent, Decision
 from hhrl_envs.arrays import Flags, Floats32
 from hhrl_envs.errors import InputError, require
+from hhrl_envs.observation import SIZE
 
 if TYPE_CHECKING:
     import torch
@@ -107,7 +108,7 @@ def read_policy(path: Path) -> "torch.nn.Sequential":
     require("torch", "torch")
     data, weights = _settings(path), _weights(path)
     module = _described(data.get("policy_class")).get("__module__")
-    if module not in _STANDARD:
+    if not isinstance(module, str) or module not in _STANDARD:
         raise _untrusted(path, f"its policy is of {module or 'an unknown module'}")
     layers, activation, idle = _STANDARD[module]
     acting = {name: value for name, value in weights.items() if not name.startswith(tuple(f"{one}." for one in idle))}
@@ -127,12 +128,17 @@ def _network(path: Path, weights: dict[str, Any], layers: str, activation: str) 
         other = sorted(expected ^ weights.keys())
         raise _untrusted(path, f"its policy is no plain MLP ({other[0] if other else 'layers between the layers'})")
     modules: list[nn.Module] = []
+    width = SIZE
     for name in names:
-        weight, bias = weights[f"{name}.weight"], weights[f"{name}.bias"]
-        if weight.ndim != 2 or bias.shape != weight.shape[:1]:
-            raise InputError(f"{path} holds a layer {name} of shapes {tuple(weight.shape)}, {tuple(bias.shape)}")
-        linear = nn.Linear(*reversed(weight.shape))
-        linear.load_state_dict({"weight": weight, "bias": bias})
+        weight, bias = weights[f"{name}.weight"].float(), weights[f"{name}.bias"].float()
+        if weight.ndim != 2 or weight.shape[1] != width or bias.shape != weight.shape[:1]:
+            raise InputError(
+                f"{path} has a layer {name} of shape {tuple(weight.shape)} where {width} numbers go in; a policy reads "
+                f"observations of {SIZE} elements, so put wrappers into a factory of your own"
+            )
+        width = len(weight)
+        linear = nn.Linear(*reversed(weight.shape), device="meta")
+        linear.load_state_dict({"weight": weight, "bias": bias}, assign=True)
         modules += [linear, getattr(nn, activation)()]
     return nn.Sequential(*modules[:-1])
 

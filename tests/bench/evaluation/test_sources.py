@@ -58,6 +58,7 @@ def test_a_folder_a_list_and_a_file_are_files_in_the_order_of_their_numbers(fold
     assert runs_apart(str(SHIPPED / "ddqn")) == []
     (folder / "a,b.zip").touch()
     assert policy_files("a,b.zip") == [Path("a,b.zip")]
+    assert policy_files("") == []
 
 
 def test_files_of_other_libraries_run_apart(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

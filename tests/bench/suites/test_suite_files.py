@@ -57,6 +57,7 @@ def test_a_file_is_a_suite_that_runs() -> None:
         ({"id": None}, "id: is missing; add it"),
         ({"tasks": []}, "tasks: write a list with at least 1"),
         ({"tasks": ["stop-lin"]}, "unknown task 'stop-lin', did you mean stop-line-v0"),
+        ({"tasks": ["os:abort"]}, "'os:abort' may be code, which a suite file cannot run; name ids and scenario files"),
         ({"tasks": ["road.json", "my-road-v0"]}, "the task 'my-road-v0' is named twice; name each once"),
         ({"agents": ["rule-4", "rule-4"]}, "the agent 'rule-4' is named twice; name each once"),
         ({"agents": "rule-4"}, "agents: write "),
