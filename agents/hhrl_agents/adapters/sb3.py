@@ -137,7 +137,7 @@ def _network(path: Path, weights: dict[str, Any], layers: str, activation: str) 
                 f"observations of {SIZE} elements, so put wrappers into a factory of your own"
             )
         width = len(weight)
-        linear = nn.Linear(*reversed(weight.shape), device="meta")
+        linear = nn.Linear(weight.shape[1], weight.shape[0], device="meta")
         linear.load_state_dict({"weight": weight, "bias": bias}, assign=True)
         modules += [linear, getattr(nn, activation)()]
     return nn.Sequential(*modules[:-1])
