@@ -3,6 +3,10 @@
 from hhrl_envs.errors import InputError
 
 
+class TaskError(InputError):
+    """A task of a user's own that cannot be taken, or must not pass for a registered one."""
+
+
 class UnknownTaskError(InputError):
     """A task id that is not registered."""
 

@@ -1,4 +1,7 @@
-"""Extensions: modules of users that register metrics, scenarios and more of their own, loaded before a command runs."""
+"""Extensions: modules of users that register metrics, scenarios and more of their own, loaded before a command runs.
+
+A scenario file, which runs no code, is an extension that registers its scenario.
+"""
 
 import contextlib
 import hashlib
@@ -11,7 +14,9 @@ from pathlib import Path
 from traceback import extract_tb
 from types import ModuleType
 
+from hhrl_envs import read_scenario
 from hhrl_envs.errors import InputError
+from hhrl_envs.scenario.registry import add_scenario
 
 VARIABLE = "HHRL_EXTENSIONS"
 """The environment variable that names extensions, separated by ``os.pathsep``; processes of a sweep inherit it."""
@@ -23,7 +28,8 @@ def load_extensions(given: Sequence[str] = ()) -> None:
     """Load the extensions that the environment names, then the given ones, each once, and name all in the environment.
 
     Args:
-        given: modules, as in an import statement and also looked for in the current folder, or ``.py`` files.
+        given: modules, as in an import statement and also looked for in the current folder, or files: ``.py``, or
+            ``.json`` of a scenario.
 
     Raises:
         InputError: if one cannot be loaded.
@@ -32,11 +38,11 @@ def load_extensions(given: Sequence[str] = ()) -> None:
     names = [str(Path(name).resolve()) if _is_file(name) else name for name in (*known, *given)]
     for name in names:
         try:
-            module = _load_file(Path(name)) if _is_file(name) else import_here(name)
+            file = _load(name)
         except (Exception, SystemExit) as error:
             raise InputError(f"cannot load the extension {name!r}: {_reason(error, name)}") from error
         if name not in _hashes:
-            _hashes[name] = _hash(module)
+            _hashes[name] = _hash(file)
     if given:
         os.environ[VARIABLE] = os.pathsep.join(dict.fromkeys(names))
 
@@ -57,6 +63,8 @@ def import_here(module: str, folder: Path | None = None) -> ModuleType:
 
 def _reason(error: BaseException, name: str) -> str:
     """Return why an extension could not be loaded: what is wrong in it and where, or that there is no such thing."""
+    if name.endswith(".json"):
+        return str(error)
     why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
     lines = [frame for frame in extract_tb(error.__traceback__) if Path(frame.filename).stem == Path(name).stem]
     if lines:
@@ -65,7 +73,15 @@ def _reason(error: BaseException, name: str) -> str:
 
 
 def _is_file(name: str) -> bool:
-    return name.endswith(".py")
+    return name.endswith((".py", ".json"))
+
+
+def _load(name: str) -> Path | None:
+    """Load an extension, and return its file if it has one."""
+    if name.endswith(".json"):
+        add_scenario(read_scenario(name))
+        return Path(name)
+    return _file_of(_load_file(Path(name)) if _is_file(name) else import_here(name))
 
 
 def _load_file(path: Path) -> ModuleType:
@@ -93,6 +109,5 @@ def _file_of(module: ModuleType) -> Path | None:
     return None if file is None else Path(file).resolve()
 
 
-def _hash(module: ModuleType) -> str:
-    file = _file_of(module)
+def _hash(file: Path | None) -> str:
     return hashlib.sha256(file.read_bytes() if file and file.is_file() else b"").hexdigest()

@@ -38,6 +38,14 @@ def meant(name: str, known: Iterable[str]) -> str:
     return f", did you mean {near[0]}" if near else ""
 
 
+_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s"})
+
+
+def look(name: str) -> str:
+    """Return the letters and digits of a name, the same for those that look alike: equal for names easily mistaken."""
+    return "".join(filter(str.isalnum, name.casefold().translate(_ALIKE)))
+
+
 def file_name(name: str) -> str:
     """Return a name that any folder can hold and that lies in no other; different names have different ones."""
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)

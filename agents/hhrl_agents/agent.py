@@ -30,7 +30,10 @@ class Agent(Protocol):
         """
 
     def act(self, observations: Floats32) -> Decision:
-        """Return the option and the action of every row for `observations`, float32 [B, elements]."""
+        """Return the option and the action of every row for `observations`, float32 [B, elements].
+
+        Whoever scores an agent takes an array of actions alone, int [B], for the decision of a flat one.
+        """
 
 
 @runtime_checkable

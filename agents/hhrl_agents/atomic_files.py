@@ -30,8 +30,8 @@ class OutputError(InputError):
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write ``content`` to a temporary name in the same folder, then put it in the place of ``path``.
 
-    The folder is made if need be. Content and name have reached the disk when this returns, so that no loss of power can
-    leave half a file under the name.
+    The folder is made if need be. Content and name have reached the disk when this returns, so that no loss of power
+    can leave half a file under the name.
 
     Raises:
         OutputError: if it cannot be written; what stood at ``path`` is then still there, and no folder is left.

@@ -5,6 +5,7 @@ from types import ModuleType
 
 from hhrl_envs import observation
 from hhrl_envs.errors import InputError, UnknownScenarioError
+from hhrl_envs.scenario.files import read_scenario, scenario_from_json, scenario_to_json
 from hhrl_envs.scenario.profiles import ProfileFamily
 from hhrl_envs.scenario.registry import SCENARIOS, get_scenario
 from hhrl_envs.scenario.scenario import Adversary, Band, Goal, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
@@ -35,7 +36,10 @@ __all__ = [
     "Vehicle",
     "get_scenario",
     "observation",
+    "read_scenario",
     "register",
+    "scenario_from_json",
+    "scenario_to_json",
     "triad",
 ]
 

@@ -7,16 +7,16 @@ from hhrl_bench.analysis.steps import record_steps
 from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.evaluation.results import Update, silent, task_record
 from hhrl_bench.schema import SCHEMA_VERSION
-from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.tasks.tasks import AnyTask, get_task
 from hhrl_envs import get_scenario
 
 
-def analyse(source: str, task: str | Task, episodes: int, episode: int = 0, update: Update = silent) -> AnalysisRecord:
+def analyse(source: str, task: AnyTask, episodes: int, episode: int = 0, update: Update = silent) -> AnalysisRecord:
     """Return the analysis of the agent that ``source`` names; of several training seeds, of the lowest.
 
     Args:
         source: a registered name, a checkpoint file, a run directory, or ``module:factory``.
-        task: a task or its id.
+        task: what names a task; see :func:`hhrl_bench.tasks.tasks.get_task`.
         episodes: how many test episodes option usage and rewards are counted over.
         episode: the test episode that is shown step by step.
         update: hears how many of the episodes are counted.

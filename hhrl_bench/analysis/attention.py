@@ -19,7 +19,7 @@ from hhrl_bench.analysis.records import (
 from hhrl_bench.analysis.steps import Steps, record_episode
 from hhrl_bench.evaluation.guarded_agent import OPTIONS, GuardedAgent, attend, attentive
 from hhrl_bench.schema import OptionName
-from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.tasks.tasks import AnyTask, get_task
 from hhrl_envs import Scenario, get_scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.arrays import Floats, Floats32
@@ -32,7 +32,7 @@ POINTS = 41
 FARTHEST_FRONT, FARTHEST_LINE = 60.0, 80.0  # m; where the axes of the plane end, unless the sensors see less far
 
 
-def attention_over_episode(agent: Agent, task: str | Task, episode: int = 0) -> EpisodeTraceRecord:
+def attention_over_episode(agent: Agent, task: AnyTask, episode: int = 0) -> EpisodeTraceRecord:
     """Return test episode ``episode``, which is the evaluation's, step by step, with the attention if there is one.
 
     Raises:

@@ -10,7 +10,7 @@ from hhrl_bench.evaluation.metrics import of_selected
 from hhrl_bench.evaluation.paired_evaluation import BATCH_ROWS, batches, rollout_of_episode
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.rollout import Rollout
-from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.tasks.tasks import AnyTask, Task, get_task
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints, Keys
 
@@ -56,7 +56,7 @@ class Steps:
         return sums
 
 
-def record_steps(agent: Agent, task: str | Task, episodes: int, update: Update = silent) -> Steps:
+def record_steps(agent: Agent, task: AnyTask, episodes: int, update: Update = silent) -> Steps:
     """Return the steps of the first ``episodes`` test episodes, the same to the last bit as the evaluation's.
 
     ``update`` hears how many of them are done, batch by batch.
@@ -75,7 +75,7 @@ def record_steps(agent: Agent, task: str | Task, episodes: int, update: Update =
     return _join(parts)
 
 
-def record_episode(agent: Agent, task: str | Task, episode: int) -> Steps:
+def record_episode(agent: Agent, task: AnyTask, episode: int) -> Steps:
     """Return the steps of test episode ``episode``, the same to the last bit as the evaluation's.
 
     Raises:
@@ -85,7 +85,7 @@ def record_episode(agent: Agent, task: str | Task, episode: int) -> Steps:
     return _steps(rollout, np.arange(BATCH_ROWS) == row)
 
 
-def _of_the_ego_alone(task: str | Task) -> Task:
+def _of_the_ego_alone(task: AnyTask) -> Task:
     task = get_task(task)
     if get_scenario(task.scenario).learned_fronts:
         raise UnknownTaskError(f"{task.id} has several agents; analyse one in a task of the ego alone: stop-line-v0")

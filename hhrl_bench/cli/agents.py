@@ -23,6 +23,7 @@ from hhrl_bench.cli.options import (
     OpponentOption,
     TaskOption,
     TasksOption,
+    TrustOption,
 )
 
 if TYPE_CHECKING:
@@ -137,6 +138,7 @@ def evaluate(
         ),
     ] = None,
     as_json: JsonOption = False,
+    _trust: TrustOption = False,
 ) -> None:
     """Score one agent or several on the test episodes of one task or several, the same worlds for every agent."""
     from hhrl_bench.evaluation.guarded_agent import option_name
@@ -273,7 +275,7 @@ def _say_failed(folder: Path, seeds: Collection[int]) -> bool:
 def _agents() -> Rows:
     """Return the rule agents, and the learned methods: how many trained seeds come with the package, what they are."""
     from hhrl_agents import METHODS, RULES
-    from hhrl_bench.evaluation.loading import shipped_methods
+    from hhrl_bench.evaluation.sources import shipped_methods
 
     shipped = shipped_methods()
     rules = [{"id": name, "kind": "rule", "shipped_seeds": None, "summary": None} for name in RULES]

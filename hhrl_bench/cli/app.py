@@ -13,6 +13,7 @@ from hhrl_bench.cli.leaderboard import leaderboard_app
 from hhrl_bench.cli.once import GivenOnce, require_once
 from hhrl_bench.cli.paper import paper_app
 from hhrl_bench.cli.pictures import pictures_app
+from hhrl_bench.cli.scenarios import scenario_app
 from hhrl_bench.cli.suites import suites_app
 from hhrl_bench.tracebacks import TRACEBACK_VARIABLE, show_traceback
 
@@ -87,6 +88,7 @@ app.add_typer(paper_app)
 app.add_typer(suites_app)
 app.add_typer(pictures_app)
 app.add_typer(leaderboard_app, name="leaderboard")
+app.add_typer(scenario_app, name="scenario")
 require_once(app)
 
 
@@ -100,9 +102,9 @@ def _root(
     extension: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="MODULE_OR_FILE.py",
-            help="Load a module that registers metrics or scenarios of your own; may be given again. "
-            "HHRL_EXTENSIONS names such modules too.",
+            metavar="MODULE_OR_FILE",
+            help="Load a module that registers metrics or scenarios of your own, or a scenario file; may be given "
+            "again. HHRL_EXTENSIONS names such modules too.",
             show_default=False,
         ),
     ] = None,

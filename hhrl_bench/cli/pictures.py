@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hhrl_bench.cli.console import announce_compiling, console, progress
-from hhrl_bench.cli.options import AgentArgument, HeldOption, JsonOption, OpponentOption, TaskOption
+from hhrl_bench.cli.options import AgentArgument, HeldOption, JsonOption, OpponentOption, TaskOption, TrustOption
 
 if TYPE_CHECKING:
     from hhrl_envs import Outcome
@@ -34,6 +34,7 @@ def watch(
     entry: Annotated[Path, typer.Option(help="A published leaderboard, for --failed.")] = Path(
         "leaderboards/quick.json"
     ),
+    _trust: TrustOption = False,
 ) -> None:
     """Draw an agent's test episode: every step as a .gif, or key frames and charts as a .png."""
     if failed is not None:
@@ -72,6 +73,7 @@ def analyse(
     episode: Annotated[int, typer.Option(min=0, help="The test episode to show step by step.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder to write analysis.json and the figures into.")] = None,
     as_json: JsonOption = False,
+    _trust: TrustOption = False,
 ) -> None:
     """Show an agent's option usage, per-level rewards and attention; of several training seeds, the lowest one's."""
     from hhrl_bench.analysis import analyse as analysis

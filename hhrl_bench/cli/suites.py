@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from hhrl_bench.cli.console import announce_compiling, console
-from hhrl_bench.cli.options import AgentsArgument, JsonOption
+from hhrl_bench.cli.options import AgentsArgument, JsonOption, TrustOption
 
 if TYPE_CHECKING:
     from hhrl_bench.execution.progress_folder import ProgressFolder
@@ -52,7 +52,7 @@ UnitTimeoutOption = Annotated[
 
 @suites_app.command()
 def run(
-    suite: Annotated[str, typer.Option(help="The suite's id.")] = "quick",
+    suite: Annotated[str, typer.Option(metavar="SUITE", help="The suite's id, or a suite file.")] = "quick",
     agent: Annotated[
         list[str] | None,
         typer.Option(
@@ -74,6 +74,7 @@ def run(
     workers: WorkersOption = None,
     address: AddressOption = None,
     unit_timeout: UnitTimeoutOption = None,
+    _trust: TrustOption = False,
 ) -> None:
     """Run a suite, print and write its leaderboard, and compare it with the published one; exit code 1 if a unit fails.
 
@@ -82,8 +83,9 @@ def run(
     from hhrl_bench.cli.live_view import print_status
     from hhrl_bench.evaluation.loading import require_playable
     from hhrl_bench.execution.progress_folder import ProgressFolder
+    from hhrl_bench.suites.files import find_suite
     from hhrl_bench.suites.study import suite_study
-    from hhrl_bench.suites.suites import ScoreSuite, get_suite
+    from hhrl_bench.suites.suites import ScoreSuite
     from hhrl_bench.tasks.tasks import get_task
 
     if status is not None:
@@ -91,17 +93,16 @@ def run(
         return
     announce_compiling()
     execution = _execution(executor, workers, address, unit_timeout)
-    chosen = get_suite(suite)
+    chosen = find_suite(suite)
+    folder = work or Path("runs") / (f"{chosen.id}-agents" if agent else chosen.id)
     if agent:
-        folder = work or Path("runs") / f"{suite}-agents"
-        words = ["hhrl-bench", "run", "--suite", suite, *(word for one in agent for word in ("--agent", one))]
-        study = suite_study(ScoreSuite(chosen.id, tuple(agent), chosen.tasks, chosen.episodes), folder)
-        study = replace(study, command=shlex.join(words))
         require_playable(agent, get_task(chosen.tasks[0]))
+        study = suite_study(ScoreSuite(chosen.id, tuple(agent), chosen.tasks, chosen.episodes), folder)
     else:
-        folder = work or Path("runs") / suite
         study = suite_study(chosen, folder)
-    path, published = out or folder / "entry.json", Path("leaderboards") / f"{suite}.json"
+    words = ["hhrl-bench", "run", "--suite", suite, *(word for one in agent or () for word in ("--agent", one))]
+    study = replace(study, command=shlex.join(words))
+    path, published = out or folder / "entry.json", Path("leaderboards") / f"{chosen.id}.json"
     board = _publish(study, path, folder, execution)
     if not agent and path.resolve() != published.resolve():
         _compare(board, published)
@@ -141,6 +142,7 @@ def robustness(
     agents: AgentsArgument,
     episodes: Annotated[int, typer.Option(help="How many test episodes of each task.")] = 1000,
     as_json: JsonOption = False,
+    _trust: TrustOption = False,
 ) -> None:
     """Score agents in ordinary traffic, among held-out drivers, and behind a trained adversary."""
     from hhrl_bench.evaluation.loading import require_playable

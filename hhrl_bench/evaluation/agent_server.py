@@ -9,17 +9,16 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
 from hhrl_agents import HierarchicalAgent
-from hhrl_bench.evaluation.factories import call_factory
+from hhrl_bench.evaluation.factories import make_agent
 from hhrl_bench.evaluation.guarded_agent import GuardedAgent, attend, attentive, checked, guarded
 from hhrl_bench.extensions import load_extensions
 from hhrl_bench.isolation import frames
 from hhrl_bench.isolation.confinement import confine
 from hhrl_bench.isolation.supervision import supervise
 from hhrl_bench.tracebacks import show_traceback
-from hhrl_envs import SCENARIOS, Scenario
+from hhrl_envs import scenario_from_json
 from hhrl_envs.arrays import Flags, Floats32, Ints
 from hhrl_envs.errors import InputError
 
@@ -94,8 +93,8 @@ def _make_methods(order: Mapping[str, Any]) -> Mapping[str, Method]:
     """Return the methods of the agent that an order names, each of which takes and gives what its call says."""
     load_extensions()
     os.chdir(order["scratch"])
-    scenario = _scenario(order["scenario"])
-    agent = call_factory(order["source"], scenario, Path(order["module_folder"]))
+    scenario = scenario_from_json(order["scenario"])
+    agent = make_agent(order["source"], scenario, Path(order["module_folder"]))
     asked = GuardedAgent(agent, scenario.num_actions)
     methods: dict[str, Method] = {"reset": partial(_reset, asked), "act": asked.act}
     if isinstance(agent, HierarchicalAgent):
@@ -115,10 +114,3 @@ def _act_with_option(
 ) -> Sequence[NDArray[Any]]:
     answer = guarded(lambda: agent.act_with_option(observations, option), "act")
     return (checked(answer, "actions", len(observations), 0, num_actions - 1),)
-
-
-def _scenario(data: str) -> Scenario:
-    """Return the scenario in JSON; the registered one if they are equal, whose integers JSON may have made floats."""
-    scenario = TypeAdapter(Scenario).validate_json(data)
-    registered = SCENARIOS.get(scenario.id)
-    return registered if registered == scenario else scenario

@@ -15,6 +15,7 @@ import hhrl_agents
 import hhrl_bench
 import hhrl_envs
 from hhrl_agents import Agent, Decision, HierarchicalAgent
+from hhrl_agents.agent import NO_OPTION
 from hhrl_bench.errors import AgentError
 from hhrl_bench.schema import OptionName
 from hhrl_envs import SUB_GOALS, Option
@@ -63,8 +64,13 @@ class GuardedAgent(NamedTuple):
         """
         rows = len(observations)
         answer = guarded(lambda: self._ask(observations.copy()), "act")
+        if not isinstance(answer, tuple) and hasattr(answer, "__array__"):
+            answer = (np.full(rows, NO_OPTION), answer)  # actions alone are a flat agent's
         if not isinstance(answer, tuple) or len(answer) != 2:
-            raise AgentError(f"the agent's act returned {type(answer).__name__}; return Decision(option, action)")
+            raise AgentError(
+                f"the agent's act returned {type(answer).__name__}; return Decision(option, action), or an array of "
+                "actions"
+            )
         option = checked(answer[0], "options", rows, -1, len(Option) - 1)
         return Decision(option, checked(answer[1], "actions", rows, 0, self.num_actions - 1))
 
@@ -134,7 +140,7 @@ def checked(values: object, what: str, rows: int, low: int, high: int) -> Ints:
     """Return an agent's choices as int64 [rows]; raise an ``AgentError`` unless they are integers in [low, high]."""
     try:
         array = np.asarray(values)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, RuntimeError) as error:  # the last one from a tensor on another device
         raise AgentError(f"the agent's {what} are no array; return integers of shape ({rows},)") from error
     if array.shape != (rows,) or array.dtype.kind not in "iu":
         raise AgentError(

@@ -1,23 +1,24 @@
-"""Agents by name: registered rules and methods, checkpoints, run directories and users' factories."""
+"""Agents by name: registered rules and methods, checkpoints, run directories, users' factories and files."""
 
 import hashlib
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from pydantic import ValidationError
 
-from hhrl_agents import METHODS, RULES, Agent
-from hhrl_agents.policies.checkpoint_file import SHIPPED
+from hhrl_agents import RULES, Agent
+from hhrl_agents.adapters.files import ENDINGS
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.factories import require_module
 from hhrl_bench.evaluation.guarded_agent import guarded
 from hhrl_bench.evaluation.records import TrainingRecord
+from hhrl_bench.evaluation.sources import names_file, policy_files, runs_apart, shipped_checkpoints, shipped_methods
 from hhrl_bench.isolation.agent_process import AgentProcess
 from hhrl_bench.schema import first_problem
-from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.tasks.tasks import AnyTask, Task, get_task
 from hhrl_bench.text import meant
 from hhrl_envs import Scenario, get_scenario
 
@@ -31,31 +32,40 @@ _SERVER = "hhrl_bench.evaluation.agent_server"
 class LoadedAgent:
     """An agent ready to drive; a learned one with its checkpoint's sha256, path and training.
 
-    One that a user's factory makes is in a process of its own, which ends with this as a context.
+    A user's own one is in a process of its own, which begins when it is first asked for, and ends with this as a
+    context.
     """
 
     kind: Kind
-    agent: Agent
+    make: Callable[[], Agent]
     sha256: str | None = None
     training: TrainingRecord | None = None
     path: Path | None = None
+
+    @cached_property
+    def agent(self) -> Agent:
+        """The agent itself."""
+        return self.make()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if isinstance(self.agent, AgentProcess):
-            self.agent.close()
+        if isinstance(made := self.__dict__.get("agent"), AgentProcess):
+            made.close()
 
 
-def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
+def load_agent(source: str | Path, task: AnyTask = "stop-line-v0") -> Agent:
     """Return the agent that ``source`` names, ready for ``task``; of several training seeds, the lowest.
 
-    One that ``module:factory`` makes runs in a process of its own, until nobody holds what is returned here.
+    A user's own, which a factory makes or a file of another library holds, runs in a process of its own, until nobody
+    holds what is returned here.
 
     Args:
-        source: a registered name, a checkpoint file, a run directory, or ``module:factory``.
-        task: a task or its id.
+        source: a registered name, ``METHOD:SEEDS`` of seeds that come with the package, the file of a policy (a
+            checkpoint, a zip of Stable-Baselines3, an ONNX file), several with commas between them, a folder of them,
+            ``module:factory``, or ``module:factory@SEEDS``.
+        task: what names a task; see :func:`hhrl_bench.tasks.tasks.get_task`.
 
     Raises:
         InputError: in one line, where there is no such agent or it does not fit the task.
@@ -66,32 +76,50 @@ def load_agent(source: str | Path, task: str | Task = "stop-line-v0") -> Agent:
 def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
     """Return what ``source`` names: one agent, or one for each training seed, lowest first; see :func:`load_agent`."""
     name = str(source)
-    if _names_factory(name):
-        require_module(name)
-        return [LoadedAgent("factory", AgentProcess(_SERVER, name, scenario))]
+    apart = runs_apart(name)
+    if apart:
+        return _load_apart(apart, scenario)
     if name in RULES:
-        return [LoadedAgent("rule", guarded(lambda: RULES[name](scenario), "constructor"))]
-    if name in METHODS:
-        return _load_shipped(name, scenario)
-    path = Path(source)
-    if _holds(path.is_dir):
-        return _load_directory(path, scenario)
-    if _holds(path.is_file) and path.suffix != ".py":
-        return [_load_checkpoint(path, scenario)]
+        rule = guarded(lambda: RULES[name](scenario), "constructor")
+        return [LoadedAgent("rule", lambda: rule)]
+    paths = shipped_checkpoints(name) or policy_files(name)
+    if not paths:
+        raise _unknown(name)
+    return _of_one_training([_load_checkpoint(path, scenario) for path in paths], name)
+
+
+def _of_one_training(loaded: list[LoadedAgent], name: str) -> list[LoadedAgent]:
+    """Return the agents by their training seeds, which have to be different ones of the same method."""
+    trained = [(one.training.seed, one.training.config_hash) for one in loaded if one.training]
+    if len({config for _, config in trained}) > 1 or len({seed for seed, _ in trained}) < len(trained):
+        raise AgentError(f"{name!r} holds no training seeds of one method; name different seeds of the same training")
+    return [one for _, one in sorted(zip(trained, loaded, strict=True), key=lambda pair: pair[0])]
+
+
+def _load_apart(sources: Sequence[str], scenario: Scenario) -> list[LoadedAgent]:
+    _require_there(sources)
+    loaded = [LoadedAgent("factory", partial(AgentProcess, _SERVER, source, scenario)) for source in sources]
+    _ = loaded[0].agent  # what is wrong with the first is said now
+    return loaded
+
+
+def _require_there(sources: Sequence[str]) -> None:
+    """Raise an ``AgentError`` if the module is not there that sources of agents in processes of their own name."""
+    if not names_file(sources[0]):
+        require_module(sources[0])
+
+
+def _unknown(name: str) -> AgentError:
+    path = Path(name)
     if path.suffix == ".py":
-        raise AgentError(f"{name!r} is a file of Python; write module:factory, such as {path.stem}:make_agent")
+        return AgentError(f"{name!r} is a file of Python; write module:factory, such as {path.stem}:make_agent")
+    if path.suffix in {*ENDINGS, ".safetensors"}:
+        return AgentError(f"there is no file {name}; name the file of a policy that is there")
     known = [*RULES, *shipped_methods()]
-    raise AgentError(
-        f"unknown agent {name!r}{meant(name, known)}; write a checkpoint file, a run directory, module:factory, "
+    return AgentError(
+        f"unknown agent {name!r}{meant(name, known)}; write the file of a policy, a folder of them, module:factory, "
         f"or one of: {', '.join(known)}"
     )
-
-
-def _names_factory(name: str) -> bool:
-    path = Path(name)
-    if ":" not in name or name in RULES or name in METHODS:
-        return False
-    return not _holds(path.is_dir) and not (_holds(path.is_file) and path.suffix != ".py")
 
 
 def require_playable(sources: Sequence[str], task: Task) -> None:
@@ -103,8 +131,8 @@ def require_playable(sources: Sequence[str], task: Task) -> None:
     if twice is not None:
         raise AgentError(f"agent {twice!r} is named twice; name each agent once")
     for source in sources if len(sources) > 1 else ():  # a single one is loaded and played at once
-        if _names_factory(source):
-            require_module(source)
+        if apart := runs_apart(source):
+            _require_there(apart)
         else:
             load_agents(source, get_scenario(task.scenario))
 
@@ -116,50 +144,13 @@ def require_loadable(source: str, task: Task) -> None:
             pass
 
 
-def _holds(check: Callable[[], bool]) -> bool:
-    try:
-        return check()
-    except OSError:  # a name that is too long for a file, or a folder that must not be looked into
-        return False
-
-
-def shipped_methods() -> dict[str, int]:
-    """Return how many trained seeds come with the package, for every method that has some."""
-    counts = {method: len(shipped_checkpoints(method)) for method in METHODS}
-    return {method: count for method, count in counts.items() if count}
-
-
-def shipped_checkpoints(method: str) -> list[Path]:
-    """Return the trained seeds of a method that come with the package, lowest first."""
-    return _checkpoints(SHIPPED / method)
-
-
-def _load_shipped(method: str, scenario: Scenario) -> list[LoadedAgent]:
-    if method not in shipped_methods():
-        raise AgentError(f"no trained {method} comes with the package; train it: hhrl-bench train {method}")
-    return _load_directory(SHIPPED / method, scenario)
-
-
-def _load_directory(folder: Path, scenario: Scenario) -> list[LoadedAgent]:
-    paths = _checkpoints(folder)
-    if not paths:
-        raise AgentError(f"{folder} holds no seed-<k>.safetensors; name a folder that hhrl-bench train has filled")
-    return [_load_checkpoint(path, scenario) for path in paths]
-
-
-def _checkpoints(folder: Path) -> list[Path]:
-    """Return the chosen checkpoints in a folder, lowest seed first."""
-    named = ((re.fullmatch(r"seed-([0-9]{1,9})\.safetensors", path.name), path) for path in folder.glob("seed-*"))
-    return [path for _, path in sorted((int(match[1]), path) for match, path in named if match)]
-
-
 def _load_checkpoint(path: Path, scenario: Scenario) -> LoadedAgent:
     from hhrl_agents.policies import checkpoints  # noqa: PLC0415
 
     agent = checkpoints.load(path)
     _require_fit(agent.metadata, scenario, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return LoadedAgent("learned", agent, digest, training_record(agent.metadata, path), path)
+    return LoadedAgent("learned", lambda: agent, digest, training_record(agent.metadata, path), path)
 
 
 def training_record(metadata: Mapping[str, Any], path: Path) -> TrainingRecord:

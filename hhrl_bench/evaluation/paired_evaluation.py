@@ -21,7 +21,7 @@ from hhrl_bench.evaluation.guarded_agent import GuardedAgent
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
 from hhrl_bench.evaluation.metrics import Metric
 from hhrl_bench.evaluation.rollout import Rollout
-from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.tasks.tasks import AnyTask, Task, get_task
 from hhrl_envs import Option, Scenario, get_scenario
 from hhrl_envs.arrays import Keys
 
@@ -36,13 +36,13 @@ class ScoredEpisodes(NamedTuple):
 
 
 def evaluate(
-    agent: Agent, task: str | Task = "stop-line-v0", episodes: int = 1000, option: Option | None = None
+    agent: Agent, task: AnyTask = "stop-line-v0", episodes: int = 1000, option: Option | None = None
 ) -> EpisodeRecords:
     """Return the records of the first ``episodes`` test episodes, equal digit for digit on every call.
 
     Args:
         agent: the agent to score; see :class:`hhrl_agents.Agent`.
-        task: a task or its id.
+        task: what names a task; see :func:`hhrl_bench.tasks.tasks.get_task`.
         episodes: how many test episodes, at least 1.
         option: hold this option fixed in place of the agent's own choice.
 

@@ -23,7 +23,7 @@ from hhrl_bench.figures.style import (
     save_figure,
     style,
 )
-from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.tasks.tasks import AnyTask, get_task
 from hhrl_envs import Outcome, Scenario, get_scenario
 from hhrl_envs.arrays import Codes
 
@@ -122,13 +122,13 @@ def typical_episode(outcome: Codes, steps: NDArray[np.int32]) -> int:
     return int(by_length[(len(places) - 1) // 2])
 
 
-def save_episode(source: str | Path, task: str | Task, episode: int, folder: Path) -> list[Path]:
+def save_episode(source: str | Path, task: AnyTask, episode: int, folder: Path) -> list[Path]:
     """Return the files written into the folder, SVG and PNG: test episode ``episode`` of an agent on a task.
 
     Args:
         source: a registered name, a checkpoint file, a run directory, or ``module:factory``; of several training
             seeds, the lowest is shown.
-        task: a task or its id.
+        task: what names a task; see :func:`hhrl_bench.tasks.tasks.get_task`.
         episode: which test episode.
         folder: where the files go.
 

@@ -14,6 +14,7 @@ from hhrl_bench.figures.table_one import save_table_one
 from hhrl_bench.figures.training import save_training_curves, save_trainings
 from hhrl_bench.figures.transfers import draw_transfer_curves, draw_transfer_matrix
 from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.tasks.tasks import registered_task
 from hhrl_bench.transfer.records import TransferSetRecord
 
 EXAMPLE = "hybrid-hrl"
@@ -55,7 +56,7 @@ def _save_example(board: LeaderboardRecord, store: Store, folder: Path) -> list[
         if run.checkpoint_sha256 and run.evidence_sha256 and board.checkpoints_published:
             evidence = read_evidence(run, store)
             episode = typical_episode(evidence.outcome, evidence.trace.steps)
-            return save_episode(store.checkpoint(run.checkpoint_sha256), task, episode, folder)
+            return save_episode(store.checkpoint(run.checkpoint_sha256), registered_task(task), episode, folder)
     return []
 
 

@@ -18,7 +18,7 @@ from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.tasks.tasks import AnyTask, Task, get_task
 from hhrl_envs import Option, Outcome, get_scenario
 from hhrl_envs.errors import require
 from hhrl_envs.rendering.snapshot import Snapshot, snapshot_of
@@ -26,7 +26,7 @@ from hhrl_envs.rendering.snapshot import Snapshot, snapshot_of
 
 def watch(
     agent: Agent,
-    task: str | Task,
+    task: AnyTask,
     out: str | Path,
     episode: int = 0,
     option: Option | None = None,
@@ -36,7 +36,7 @@ def watch(
 
     Args:
         agent: the agent that drives; see :class:`hhrl_agents.Agent`.
-        task: a task or its id.
+        task: what names a task; see :func:`hhrl_bench.tasks.tasks.get_task`.
         out: a ``.gif`` (every step, in real time) or a ``.png`` (a strip of key frames).
         episode: which test episode, as :func:`hhrl_bench.evaluate` counts them.
         option: hold this option fixed in place of the agent's own choice.
@@ -131,7 +131,7 @@ def film_failures(
     """
     draw, chosen = artist(out), get_task(task)
     require_writable(out)
-    for failure in islice(failures(board, store, agent, task), count):
+    for failure in islice(failures(board, store, agent, chosen.id), count):
         recording, drivers = recordings(failure.trace, evaluation_slots(chosen))
         seeds = chosen.test.take(1, offset=failure.episode)
         snapshots = snapshots_of(Rollout(recording, get_scenario(chosen.scenario), seeds, drivers=drivers), 0, update)

@@ -17,13 +17,12 @@ from typing import IO, Any
 from weakref import finalize
 
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
 from hhrl_agents import Decision
 from hhrl_bench.errors import AgentError, FailedAgentError
 from hhrl_bench.isolation import frames
 from hhrl_bench.isolation.supervision import KILLED
-from hhrl_envs import Scenario
+from hhrl_envs import Scenario, scenario_to_json
 from hhrl_envs.arrays import Flags, Floats32
 
 VARIABLE = "HHRL_AGENT_SECONDS"
@@ -107,7 +106,7 @@ class _Connection:
         """Let the process make the agent; return which of ``frames.ABILITIES`` it has."""
         order = {
             "source": source,
-            "scenario": TypeAdapter(Scenario).dump_json(scenario).decode(),
+            "scenario": scenario_to_json(scenario),
             "module_folder": str(Path.cwd()),
             "scratch": str(self._folder),
             "memory": int(MEMORY_SHARE * physical_memory()),

@@ -32,7 +32,7 @@ from hhrl_bench.schema import (
 from hhrl_bench.suites import suites
 from hhrl_bench.suites.units import Evaluation, Training
 from hhrl_bench.tables.markdown import suite_page
-from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.tasks.tasks import registered_task
 from hhrl_bench.verification.identity import looks_like, named, shipped
 from hhrl_bench.verification.verify import reached
 from hhrl_envs.errors import InputError
@@ -197,7 +197,7 @@ def require_of_suite(board: LeaderboardRecord) -> None:
     _require_equal("tasks", [task.id for task in board.tasks], list(own.tasks), own.id)
     _require_equal("episodes", {task.episodes for task in board.tasks}, {own.episodes}, own.id)
     opponents = [task.opponent and task.opponent.agent for task in board.tasks]
-    _require_equal("opponents", opponents, [get_task(task).opponent for task in own.tasks], own.id)
+    _require_equal("opponents", opponents, [registered_task(task).opponent for task in own.tasks], own.id)
     if board.transfer and not own.curves(Path()).transfers:
         raise RecordError(f"it has a transfer, and suite {own.id} has none; publish the checkpoints")
     units = [unit for stage in own.stages(Path()) for unit in stage if isinstance(unit, Evaluation | Training)]
@@ -216,7 +216,7 @@ def require_of_suite(board: LeaderboardRecord) -> None:
 
 def _require_known(result: ResultRecord, seeds: tuple[int, ...] | None, suite: str) -> None:
     """Refuse a row of a registered method that is neither trained in its suite nor the one of the package."""
-    says = named(result.agent)
+    says = named(result.agent, result.kind)
     if says.method is None or tuple(sorted((*result.seeds, *result.failed_seeds))) == seeds:
         return
     if says.arm is not None or [run.checkpoint_sha256 for run in result.runs] != shipped(says.method):

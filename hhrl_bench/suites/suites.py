@@ -274,5 +274,7 @@ def get_suite(suite_id: str) -> Suite:
     try:
         return SUITES[suite_id]
     except KeyError:
-        known = f"known suites: {', '.join(SUITES)}"
-        raise UnknownSuiteError(f"unknown suite {suite_id!r}{meant(suite_id, SUITES)}; {known}") from None
+        raise UnknownSuiteError(
+            f"unknown suite {suite_id!r}{meant(suite_id, SUITES)}; known suites: {', '.join(SUITES)}; "
+            "a suite of your own is a file that ends in .json"
+        ) from None

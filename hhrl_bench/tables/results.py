@@ -116,7 +116,8 @@ def _measured(metrics: Sequence[Metric], result: ResultRecord) -> list[Cell]:
 
 def _seeds(result: ResultRecord) -> Cell:
     failed = f", {len(result.failed_seeds)} failed" if result.failed_seeds else ""
-    return Cell(f"{len(result.seeds)}{failed}" if result.seeds else None)
+    count = len(result.seeds) or (len(result.runs) if len(result.runs) > 1 else 0)
+    return Cell(f"{count}{failed}" if count else None)
 
 
 def _run(metrics: Sequence[Metric], run: RunRecord) -> tuple[Cell, ...]:

@@ -1,12 +1,16 @@
 """Tasks: a scenario with a training budget and the seeds of its worlds, as data under versioned ids."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
 
 from hhrl_bench.errors import UnknownTaskError
+from hhrl_bench.tasks.own import add_own, find_own
 from hhrl_bench.tasks.seeds import SeedRange, consecutive_ranges
 from hhrl_bench.text import meant
-from hhrl_envs import SCENARIOS, Scenario
+from hhrl_envs import SCENARIOS, Scenario, get_scenario
+from hhrl_envs.scenario.registry import add_scenario
 
 TRAIN, VALIDATION, TEST = consecutive_ranges("train", "validation", "test")
 
@@ -53,6 +57,16 @@ class Task:
             raise UnknownTaskError(f"{self.id} has no opponent; leave out --opponent, or write --task adversary-v0")
         return replace(self, opponent=None if opponent == SCRIPTED else opponent)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Take the scenario along to other processes, in which it may not be registered."""
+        given = {one.name: getattr(self, one.name) for one in fields(self) if one.init}
+        return _restored, (get_scenario(self.scenario), given)
+
+
+def _restored(scenario: Scenario, given: dict[str, Any]) -> Task:
+    add_scenario(scenario)
+    return Task(**given)
+
 
 _MILD = ("stop-line-v0", "stop-line-paper-v0", "stop-line-heldout-v0", "solo-stop-v0", "follow-v0", "red-light-v0")
 _BUDGETS = dict.fromkeys((*_MILD, "platoon-v0", "adversary-v0"), 300_000)
@@ -98,18 +112,40 @@ TASKS: Mapping[str, Task] = _Tasks()
 """Every registered scenario as a task of the same id, and `option-only-v0`, whose action level is given."""
 
 
-def get_task(task: str | Task) -> Task:
-    """Return the task of an id; a task is returned as it is.
+AnyTask = str | Path | Scenario | Task
+"""What names a task; see :func:`get_task`."""
+
+
+def registered_task(task_id: str) -> Task:
+    """Return the task of an id, whoever has written it: no file is read and no module imported.
 
     Raises:
         UnknownTaskError: naming the known ids.
     """
+    if task_id not in TASKS:
+        raise UnknownTaskError(
+            f"unknown task {task_id!r}{meant(task_id, TASKS)}; known tasks: {', '.join(TASKS)}; "
+            "a task of your own is a scenario file or module:scenario"
+        )
+    return TASKS[task_id]
+
+
+def get_task(task: AnyTask) -> Task:
+    """Return the task that is named; a scenario of a user's own is registered, and becomes the task of its id.
+
+    Args:
+        task: a registered id, a scenario file, ``module:scenario``, a scenario, or a task, which is returned as it is.
+
+    Raises:
+        InputError: in one line, if there is no such task, or it would pass for a registered one.
+    """
     if isinstance(task, Task):
         return task
-    try:
-        return TASKS[task]
-    except KeyError:
-        raise UnknownTaskError(f"unknown task {task!r}{meant(task, TASKS)}; known tasks: {', '.join(TASKS)}") from None
+    own = task if isinstance(task, Scenario) else None if task in TASKS else find_own(str(task))
+    if own is None:
+        return registered_task(str(task))
+    add_own(own, [one.id for one in _DECLARED])
+    return registered_task(own.id)
 
 
 def distinct_tasks(names: Sequence[str]) -> list[Task]:

@@ -29,7 +29,7 @@ from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import Record
-from hhrl_bench.tasks.tasks import SCRIPTED, Task, get_task
+from hhrl_bench.tasks.tasks import SCRIPTED, Task, registered_task
 from hhrl_bench.verification.identity import playable
 from hhrl_envs import Option, Scenario, get_scenario
 from hhrl_envs.arrays import Keys
@@ -41,7 +41,7 @@ def played_task(record: TaskRecord) -> Task:
     Raises:
         RecordError: if the opponent does not come with the package: to load it might be to run anybody's code.
     """
-    task, opponent = get_task(record.id), record.opponent.agent if record.opponent else SCRIPTED
+    task, opponent = registered_task(record.id), record.opponent.agent if record.opponent else SCRIPTED
     if task.opponent is None:
         return task
     if opponent not in {SCRIPTED, *RULES, *METHODS}:

@@ -109,7 +109,7 @@ def _check_transfer(board: LeaderboardRecord) -> Iterator[Finding]:
     for index, (result, origin) in enumerate(zip(board.results, origins, strict=True)):
         place, source = f"results[{index}]", arms.get((result.agent, result.task))
         if source is None:
-            if origin not in arms.values() and named(result.agent).kind == "learned":
+            if origin not in arms.values() and named(result.agent, result.kind).kind == "learned":
                 yield Finding(f"{place}.agent", "it is no arm of the transfer, nor its source; publish its checkpoints")
             continue
         control = settings.get((f"{source[0]} {CONTROL}", result.task))

@@ -1,7 +1,9 @@
 """What the rows of an entry stand for: agents' names and kinds, training seeds, checkpoints; nothing is played.
 
-A registered name is that agent and no other. A rule and a user's own code have one run and no checkpoint; a learned
-agent has a checkpoint for each training seed, all of one training. Of a registered method the seeds are 0 to n - 1.
+A registered name is that agent and no other. A rule and a user's own factory have one run and no checkpoint; of a
+factory with training seeds, and of files of another library, no two runs decide alike. A learned agent has a
+checkpoint for each training seed, all of one training. Of a registered method the seeds are 0 to n - 1, or those that
+its name says.
 """
 
 import hashlib
@@ -13,43 +15,78 @@ from typing import NamedTuple
 
 from hhrl_agents import METHODS, RULES
 from hhrl_agents.policies import checkpoints
-from hhrl_bench.evaluation.loading import Kind, shipped_checkpoints
+from hhrl_bench.errors import SeedError
+from hhrl_bench.evaluation.loading import Kind
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TrainingRecord
+from hhrl_bench.evaluation.sources import shipped_checkpoints, shipped_methods
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import sha256_of
-from hhrl_bench.tasks.tasks import Task, get_task
+from hhrl_bench.tasks.seeds import parse_seeds
+from hhrl_bench.tasks.tasks import Task, registered_task
+from hhrl_bench.text import look
 from hhrl_bench.training.train import Plan, get_method
 from hhrl_bench.transfer.transfer import ARMS, target_method
 from hhrl_envs import get_scenario
 from hhrl_envs.errors import InputError
 
-_FACTORY = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", re.ASCII)
-_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s"})
+_FACTORY = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*(?:@([0-9][0-9,-]*))?", re.ASCII)
+_SEEDED = re.compile(r"(.+):([0-9][0-9,-]*)", re.ASCII | re.DOTALL)
 
 
 class Named(NamedTuple):
-    """What the name of an agent says: its kind, and of a registered method its id and the arm of a transfer, if any."""
+    """What the name of an agent says.
+
+    Attributes:
+        kind: what it is.
+        method: id of a registered method, and ``arm`` of a transfer, if any.
+        seeds: its training seeds, if the name says them.
+        free: whether the name is nobody's, so that it can be that of several training seeds.
+    """
 
     kind: Kind
     method: str | None = None
     arm: str | None = None
+    seeds: tuple[int, ...] | None = None
+    free: bool = False
 
 
-def named(agent: str) -> Named:
-    """Return what the name of an agent says; a name that is nobody's is that of checkpoints."""
+def named(agent: str, kind: Kind) -> Named:
+    """Return what the name of an agent says that is of this ``kind``.
+
+    A name that is nobody's is that of files: of checkpoints, or of another library's policies, which are a user's own.
+    Seeds that are spelled otherwise than as ``0-4,7`` are none.
+    """
     method, _, arm = agent.partition(" ")
     if agent in RULES:
         return Named("rule")
     if method in METHODS and (not arm or arm in ARMS):
         return Named("learned", method, arm or None)
-    return Named("factory" if _FACTORY.fullmatch(agent) else "learned")
+    stem, seeds = _parts(agent)
+    if stem in METHODS:
+        return Named("learned", stem, seeds=seeds)
+    if match := _FACTORY.fullmatch(agent):
+        return Named("factory", seeds=_seeds(match[1]) if match[1] else None)
+    return Named("factory" if kind == "factory" else "learned", free=True)
+
+
+def _parts(agent: str) -> tuple[str, tuple[int, ...] | None]:
+    """Return the name without the training seeds behind its colon, and these."""
+    match = _SEEDED.fullmatch(agent)
+    return (match[1], _seeds(match[2])) if match else (agent, None)
+
+
+def _seeds(text: str) -> tuple[int, ...]:
+    try:
+        return parse_seeds(text)
+    except SeedError:
+        return ()
 
 
 def playable(result: ResultRecord, *, checkpoints: bool) -> bool:
     """Return whether the agents of a result can be run again: they are rules, or their ``checkpoints`` are there."""
-    kind = named(result.agent).kind
+    kind = named(result.agent, result.kind).kind
     return kind == "rule" or (kind == "learned" and checkpoints)
 
 
@@ -61,14 +98,14 @@ def repeatable(training: TrainingRecord) -> bool:
 def check_identity(board: LeaderboardRecord) -> Iterator[Finding]:
     """Return which rows of an entry are not what their names say, as far as the entry itself shows it."""
     for index, result in enumerate(board.results):
-        place, says = f"results[{index}]", named(result.agent)
+        place, says = f"results[{index}]", named(result.agent, result.kind)
         yield from _check_name(f"{place}.agent", result.agent)
         yield from differences(f"{place}.kind", result.kind, says.kind)
         yield from differences(f"{place}.option", result.option, None)
         if says.kind != "learned":
-            yield from _check_untrained(place, result)
+            yield from _check_untrained(place, result, says)
             continue
-        yield from _check_seeds(place, result, registered=says.method is not None)
+        yield from _check_seeds(place, result, says)
         for number, run in enumerate(result.runs):
             yield from _check_run(f"{place}.runs[{number}]", run, result, says)
     seconds = board.provenance.wall_seconds
@@ -105,41 +142,46 @@ def _weights(path: Path) -> str:
 def _check_name(place: str, agent: str) -> Iterator[Finding]:
     if not agent.isascii() or agent != " ".join(agent.split()):
         yield Finding(place, f"{agent!r} has signs or spaces that may look like others; publish it under a plain name")
-    near = looks_like(agent, _registered())
-    if near is not None and near != agent:
+    stem, _ = _parts(agent)
+    near = looks_like(stem, _registered())
+    if near is not None and (near != stem or (stem != agent and stem not in METHODS)):
         yield Finding(place, f"{agent!r} looks like {near}, which it is not; publish it under another name")
 
 
 def looks_like(name: str, known: Iterable[str]) -> str | None:
     """Return which of the known names a name looks like, by its letters and digits; None: like none of them."""
-    return {_look(one): one for one in known}.get(_look(name))
-
-
-def _look(name: str) -> str:
-    return "".join(filter(str.isalnum, name.casefold().translate(_ALIKE)))
+    return {look(one): one for one in known}.get(look(name))
 
 
 def _registered() -> list[str]:
     return [*RULES, *METHODS, *(f"{method} {arm}" for method in METHODS for arm in ARMS)]
 
 
-def _check_untrained(place: str, result: ResultRecord) -> Iterator[Finding]:
-    """Return what a rule or a user's own code has that only training gives."""
+def _check_untrained(place: str, result: ResultRecord, says: Named) -> Iterator[Finding]:
+    """Return what a rule or a user's own code has that only training by this package gives."""
     yield from differences(f"{place}.failed_seeds", result.failed_seeds, ())
-    if len(result.runs) > 1:
-        yield Finding(f"{place}.runs", f"{len(result.runs)} runs of an agent that is not trained; publish one")
+    count = 1 if says.seeds is None else len(says.seeds)
+    if len(result.runs) != count and not says.free:
+        yield Finding(f"{place}.runs", f"{len(result.runs)} runs of an agent whose name says {count}")
+    first: dict[str, int] = {}
+    for number, run in enumerate(result.runs):
+        same = first.setdefault(run.episodes_sha256, number)
+        if same != number:
+            yield Finding(f"{place}.runs[{number}]", f"it has the episodes of runs[{same}]; publish each policy once")
     for number, run in enumerate(result.runs):
         yield from differences(f"{place}.runs[{number}].checkpoint_sha256", run.checkpoint_sha256, None)
         if run.training is not None:
             yield Finding(f"{place}.runs[{number}].training", f"{result.agent} is not trained")
 
 
-def _check_seeds(place: str, result: ResultRecord, *, registered: bool) -> Iterator[Finding]:
+def _check_seeds(place: str, result: ResultRecord, says: Named) -> Iterator[Finding]:
     """Return what is wrong with the training seeds of a learned agent, and how its runs differ in what they share."""
     seeds = [*result.seeds, *result.failed_seeds]
     if len(set(seeds)) < len(seeds) or list(result.seeds) != sorted(result.seeds):
         yield Finding(f"{place}.runs", f"their seeds are {', '.join(map(str, seeds))}; each counts once, ascending")
-    elif registered and sorted(seeds) != list(range(len(seeds))):
+    elif says.seeds is not None and sorted(seeds) != list(says.seeds):
+        yield Finding(f"{place}.runs", f"their seeds are {', '.join(map(str, seeds))}, not those of {result.agent}")
+    elif says.method and says.seeds is None and sorted(seeds) != list(range(len(seeds))):
         yield Finding(f"{place}.runs", f"their seeds are {', '.join(map(str, seeds))}, not 0 to {len(seeds) - 1}")
     first: dict[str | None, int] = {}
     for number, run in enumerate(result.runs):
@@ -171,7 +213,7 @@ def _check_run(place: str, run: RunRecord, result: ResultRecord, says: Named) ->
 
 def _check_training(place: str, training: TrainingRecord) -> Iterator[Finding]:
     """Return what a training says of itself that cannot be."""
-    task, budget = get_task(training.task or ""), training.budget or 0
+    task, budget = registered_task(training.task or ""), training.budget or 0
     scenario = get_scenario(task.scenario)
     yield from differences(f"{place}.scenario", training.scenario, scenario.id)
     yield from differences(f"{place}.spec_hash", training.spec_hash, scenario.spec_hash)
@@ -195,7 +237,7 @@ def _check_method(place: str, training: TrainingRecord) -> Iterator[Finding]:
         if training.arm is not None:
             if training.budget is None:
                 return  # zero-shot has the settings of the other arms, whose budget it does not know
-            method = target_method(method, get_task(training.task or ""), training.budget)
+            method = target_method(method, registered_task(training.task or ""), training.budget)
         yield from differences(f"{place}.config_hash", training.config_hash, method.config_hash)
 
 
@@ -208,17 +250,18 @@ def _commands(training: TrainingRecord, task: Task, budget: int) -> list[str]:
 
 def _check_registered(place: str, run: RunRecord, result: ResultRecord, says: Named) -> Iterator[Finding]:
     """Return where a row of a registered method is not of that method as it is registered, with its task's budget."""
-    training, task = run.training, get_task(result.task)
+    training, task = run.training, registered_task(result.task)
     assert training is not None
     yield from differences(f"{place}.method", training.method, says.method)
     yield from differences(f"{place}.arm", training.arm, says.arm)
     if says.arm is not None:
         yield from differences(f"{place}.task", training.task, task.id)
     elif run.checkpoint_sha256 not in shipped(says.method or ""):
-        yield from differences(f"{place}.budget", training.budget, get_task(training.task or "").env_steps)
+        yield from differences(f"{place}.budget", training.budget, registered_task(training.task or "").env_steps)
 
 
 @cache
 def shipped(method: str) -> list[str]:
     """Return the hashes of the checkpoints of a method that come with the package, lowest seed first."""
-    return [sha256_of(path.read_bytes()) for path in shipped_checkpoints(method)]
+    paths = shipped_checkpoints(method) if method in shipped_methods() else []
+    return [sha256_of(path.read_bytes()) for path in paths]

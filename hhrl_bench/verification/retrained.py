@@ -16,7 +16,7 @@ from hhrl_bench.execution.pools import Each
 from hhrl_bench.leaderboard.findings import Finding
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import sha256_of
-from hhrl_bench.tasks.tasks import get_task
+from hhrl_bench.tasks.tasks import registered_task
 from hhrl_bench.training.reuse import Source, load_source
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.train import Plan, get_method, train
@@ -133,7 +133,7 @@ class _Retraining:
         return RunDirectory(plan.folder).best(training.seed)
 
     def _plan(self, training: TrainingRecord) -> Plan:
-        method, task, budget = get_method(training.method), get_task(training.task or ""), training.budget or 0
+        method, task, budget = get_method(training.method), registered_task(training.task or ""), training.budget or 0
         if training.arm is None:
             return Plan(method, task, (training.seed,), budget, self._folder / "run")
         source, known = self._source(training), self._budgets.get((training.method, training.task))

@@ -177,6 +177,27 @@ def longer_trained(board: Board) -> None:
     board.change_checkpoint(DDQN, 0, budget=900_000, command=command)
 
 
+def several_runs_of(agent: str, *results: int, kind: str = "factory") -> Forge:
+    """Return a row of this name, with the episodes of these results, each as one run."""
+
+    def forge(board: Board) -> None:
+        runs = [board.at("results", result, "runs", 0) for result in results]
+        untrained = [run | {"checkpoint_sha256": None, "training": None} for run in runs]
+        board.put("results", RULE, value=board.at("results", RULE) | {"agent": agent, "kind": kind, "runs": untrained})
+
+    return forge
+
+
+def on_task(name: str) -> Forge:
+    """Give the task of the platoon another name."""
+
+    def forge(board: Board) -> None:
+        board.put("tasks", 1, "id", value=name)
+        board.put("results", PLATOON, "task", value=name)
+
+    return forge
+
+
 def of_another_agent(board: Board) -> None:
     sha256 = board.at("results", FOLLOW, "runs", 0, "evidence_sha256")
     board.put("results", ADVERSARY, "runs", 0, "evidence_sha256", value=sha256)
@@ -454,6 +475,24 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
         SCHEMA,
         "provenance.wall_seconds",
     ),
+    "own code with more runs than it is": (several_runs_of("mine:make", RULE, DDQN), SCHEMA, "results[0].runs: 2 runs"),
+    "own code with fewer runs than seeds": (several_runs_of("mine:make@0-2", RULE, DDQN), SCHEMA, "results[0].runs: 2"),
+    "own code with a run twice": (several_runs_of("mine:make@0-1", RULE, RULE), SCHEMA, "results[0].runs[1]: it has"),
+    "files with a run twice": (
+        several_runs_of("models", RULE, RULE),
+        SCHEMA,
+        "results[0].runs[1]: it has",
+    ),
+    "seeds that are none": (several_runs_of("mine:make@3-1", RULE), SCHEMA, "results[0].runs: 1 runs"),
+    "a rule with seeds": (renamed(RULE, "rule-2:0", "factory"), SCHEMA, "results[0].agent"),
+    "a name that looks like seeds of another": (renamed(RULE, "DDQN:3", "factory"), SCHEMA, "results[0].agent"),
+    "own files under the name of seeds": (renamed(RULE, "ddqn:3", "factory"), SCHEMA, "results[0].kind"),
+    "other seeds than the name's": (
+        renamed(DDQN, "ddqn:0-3"),
+        SCHEMA,
+        "results[1].runs: their seeds are 0, 1",
+    ),
+    "another method's seeds": (renamed(DDQN, "hybrid-hrl:0-4"), SCHEMA, "results[1].runs[0].training.method"),
     # evidence
     "evidence with another array": (
         with_more(arrays={"more": np.zeros(9, np.int8)}),
@@ -525,6 +564,13 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
         SCHEMA,
         "evidence_sha256",
     ),
+    "a task of a module": (on_task("os:path"), SCHEMA, "unknown task 'os:path'"),
+    "a task of a file": (on_task("/etc/hosts"), SCHEMA, "unknown task '/etc/hosts'"),
+    "a training on a module": (
+        with_value("results", FOLLOW, "runs", 0, "training", "task", value="os:path"),
+        SCHEMA,
+        "unknown task 'os:path'",
+    ),
     "a task outside": (with_value("tasks", 0, "id", value="../../escape"), SCHEMA, "stop-line-v0"),
     # unicode
     **{
@@ -533,6 +579,16 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     },
     "a name in another normal form": (renamed(RULE, "e\u0301:make", "factory"), SCHEMA, "results.0.agent"),
 }
+
+
+@pytest.mark.parametrize("agent", ["mine:make@0-1", "models", "a.zip,b.zip", "ddqn:0-4"])
+def test_honest_rows_of_several_runs_hold(board: Board, agent: str) -> None:
+    if agent == "ddqn:0-4":
+        renamed(DDQN, agent)(board)
+    else:
+        several_runs_of(agent, RULE, DDQN)(board)
+    place = "results[1]" if agent == "ddqn:0-4" else "results[0]"
+    assert [line for line in board.said(SCHEMA) if line.startswith(f"{place}.") and ".metrics" not in line] == []
 
 
 def test_an_honest_entry_holds(board: Board) -> None:

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from hhrl_agents import METHODS
 from hhrl_agents.training.learner import make_learner
-from hhrl_bench.evaluation.loading import load_agents, shipped_methods
+from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.evaluation.paired_evaluation import play_task
+from hhrl_bench.evaluation.sources import shipped_methods
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_envs import SCENARIOS, get_scenario
 from hhrl_envs.simulation.survey import trajectory_digest

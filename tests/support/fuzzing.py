@@ -4,11 +4,14 @@ As a script, ``python -m support.fuzzing 100000``, it does so for as many inputs
 seed and names of attacks, ``python -m support.fuzzing 200000 0 scenario``, only in these ways and from this seed on.
 """
 
+import io
+import json
 import os
 import shutil
 import sys
 import tempfile
 import time
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,7 +20,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import torch
 
+from hhrl_agents.adapters.sb3 import read_policy
 from hhrl_agents.methods.method import Method
 from hhrl_agents.policies.checkpoint_file import METADATA_KEY, SHIPPED, read_metadata
 from hhrl_bench import provenance
@@ -29,6 +34,7 @@ from hhrl_bench.leaderboard.entry_files import INDEX
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import method_records
 from hhrl_bench.publishing import publication
+from hhrl_bench.suites.files import find_suite
 from hhrl_bench.suites.units import keep_outcome
 from hhrl_bench.tasks.seeds import parse_seeds
 from hhrl_bench.training import saved_state
@@ -37,7 +43,7 @@ from hhrl_bench.training.learning_curves import read_outcomes
 from hhrl_bench.training.run_directory import RunDirectory, failed_seeds
 from hhrl_bench.verification.checked_result import replay
 from hhrl_bench.verification.verify import verify
-from hhrl_envs import get_scenario
+from hhrl_envs import get_scenario, read_scenario, scenario_from_json, scenario_to_json
 from hhrl_envs.errors import InputError
 from support import hostile, small_board, small_training, worlds
 from support.hostile import Rng, require_one_line
@@ -103,6 +109,9 @@ def make_sandbox(folder: Path) -> Sandbox:
         shutil.copy(run / "state", RunDirectory(run).state((0,)))
     worlds.compile_kernels()
     (folder / "trap.py").write_text(TRAP)
+    (folder / "zips").mkdir()
+    (folder / "zips" / "whole.zip").write_bytes(model_zip())
+    read_policy(folder / "zips" / "whole.zip")  # what torch imports for it is there from now on
     return Sandbox(folder, board, run)
 
 
@@ -206,6 +215,45 @@ def attack_name(_: Sandbox, rng: Rng) -> None:
 
 def attack_scenario(_: Sandbox, rng: Rng) -> None:
     worlds.run(worlds.draw_scenario(rng), rng)
+
+
+def attack_scenario_file(sandbox: Sandbox, rng: Rng) -> None:
+    path = sandbox.folder / "fuzzed.json"
+    path.write_bytes(hostile.change_json(scenario_to_json(SCENARIO).encode(), rng))
+    scenario = read_scenario(path)
+    assert scenario_from_json(scenario_to_json(scenario)).spec_hash == scenario.spec_hash
+
+
+def attack_suite_file(sandbox: Sandbox, rng: Rng) -> None:
+    path = sandbox.folder / "suite.json"
+    path.write_bytes(hostile.change_json(json.dumps(SUITE).encode(), rng))
+    find_suite(str(path))
+
+
+def attack_zip(sandbox: Sandbox, rng: Rng) -> None:
+    path = sandbox.folder / "zips" / "fuzzed.zip"
+    content = model_zip(rng)
+    path.write_bytes(hostile.change_bytes(content, rng) if rng.random() < 0.3 else content)
+    read_policy(path)
+
+
+SUITE = {"id": "my-suite", "tasks": ["solo-stop-v0", "stop-line-v0"], "agents": ["rule-4", "mine:make"], "episodes": 9}
+
+
+def model_zip(rng: Rng | None = None) -> bytes:
+    """Return a zip as Stable-Baselines3 writes it of a small DQN; with a generator, one of its files is changed."""
+    weights, file = io.BytesIO(), io.BytesIO()
+    torch.save({"q_net.q_net.0.weight": torch.zeros(6, 11), "q_net.q_net.0.bias": torch.zeros(6)}, weights)
+    data = {"policy_class": {"__module__": "stable_baselines3.dqn.policies"}, "policy_kwargs": {"net_arch": []}}
+    settings, tensors = json.dumps(data).encode(), weights.getvalue()
+    if rng is not None and rng.random() < 0.5:
+        settings = hostile.change_json(settings, rng)
+    elif rng is not None:
+        tensors = hostile.change_bytes(tensors, rng)
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("data", settings)
+        archive.writestr("policy.pth", tensors)
+    return file.getvalue()
 
 
 def attack_folder(sandbox: Sandbox, rng: Rng) -> None:

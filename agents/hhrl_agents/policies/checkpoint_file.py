@@ -11,10 +11,9 @@ from typing import Any
 
 from safetensors import SafetensorError, safe_open
 
-import hhrl_agents
 from hhrl_envs.errors import InputError
 
-SHIPPED = Path(hhrl_agents.__file__).parent / "trained"
+SHIPPED = Path(__file__).parents[1] / "trained"
 """The folder of the trained policies that come with the package: a folder for each method, a file for each seed."""
 
 METADATA_KEY = "hhrl-checkpoint"

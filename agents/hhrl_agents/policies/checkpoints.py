@@ -16,7 +16,7 @@ from hhrl_agents.networks.architectures import FROZEN, Parameters, frozen_shapes
 from hhrl_agents.policies import checkpoint_file
 from hhrl_agents.policies.checkpoint_file import METADATA_KEY, CheckpointError, read_metadata
 from hhrl_agents.policies.learned_agent import LearnedAgent, make_agent
-from hhrl_envs import Scenario, get_scenario
+from hhrl_envs import SCENARIOS, Scenario, get_scenario
 from hhrl_envs.errors import InputError
 
 _VERSION = 1
@@ -60,7 +60,7 @@ def load(path: Path) -> LearnedAgent:
         metadata = read_metadata(path)
         parameters = load_file(path)
         _require_known(metadata)
-        method, scenario = _method(metadata), get_scenario(metadata["scenario"])
+        method, scenario = _method(metadata), _scenario(metadata["scenario"])
         _require_interface(metadata, scenario)
         _require_parameters(parameters, method, scenario)
     except (SafetensorError, OSError, TypeError, ValueError, RecursionError) as error:
@@ -76,6 +76,12 @@ def _require_known(metadata: Mapping[str, Any]) -> None:
         raise InputError(f"its metadata lack {', '.join(missing)}")
     if not isinstance(metadata["seed"], int):
         raise InputError(f"its seed is {metadata['seed']!r}, no whole number")
+
+
+def _scenario(scenario_id: str) -> Scenario:
+    if scenario_id not in SCENARIOS:
+        raise InputError(f"unknown scenario {scenario_id!r}; it was trained there, so register that scenario first")
+    return get_scenario(scenario_id)
 
 
 def _method(metadata: Mapping[str, Any]) -> Method:

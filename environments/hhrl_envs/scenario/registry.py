@@ -25,11 +25,15 @@ SCENARIOS: Mapping[str, Scenario] = MappingProxyType(_by_id)
 def add_scenario(scenario: Scenario, place: float = inf) -> None:
     """Register a scenario at a ``place`` in the order of all lists, by default behind those that are there.
 
+    An equal one that is there already stays.
+
     Raises:
         InputError: if another scenario has its id.
     """
     if _by_id.get(scenario.id, scenario) != scenario:
         raise InputError(f"there is a scenario {scenario.id!r} already; write another id, such as 'my-road-v0'")
+    if scenario.id in _by_id:
+        return
     _places[scenario.id] = place
     known = sorted([*_by_id.values(), scenario], key=lambda one: _places[one.id])
     _by_id.clear()

@@ -9,6 +9,7 @@ import onnxruntime
 import pytest
 import torch
 
+from hhrl_agents import Agent, from_onnx
 from hhrl_agents.policies.checkpoint_file import METADATA_KEY, SHIPPED
 from hhrl_agents.policies.checkpoints import load
 from hhrl_agents.policies.learned_agent import LearnedAgent, agent_metadata, make_agent
@@ -45,6 +46,19 @@ def test_the_file_says_what_it_is_and_nothing_of_where_it_was_made(tmp_path: Pat
         ("features", ["batch", agent.method.config.features], "tensor(float)")
     ]
     assert [one.name for one in session.get_outputs()] == ["option_values", "action_values"]
+    require_equal_decisions(agent, from_onnx(path, actions=6))
+
+
+def require_equal_decisions(agent: Agent, other: Agent) -> None:
+    """Fail unless two agents decide alike, over steps at which some rows begin an episode."""
+    begins, rng = np.ones(64, np.bool_), np.random.default_rng(0)
+    for step in range(4):
+        observations = rng.normal(size=(64, 11)).astype(np.float32)
+        for one in (agent, other):
+            one.reset(begins)
+        for ours, theirs in zip(agent.act(observations), other.act(observations), strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+        begins = np.arange(64) % 2 == step % 2
 
 
 @pytest.mark.parametrize(

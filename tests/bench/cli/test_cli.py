@@ -448,7 +448,7 @@ def test_an_interrupt_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> No
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hhrl_bench.evaluation.loading.shipped_methods", interrupted)
+    monkeypatch.setattr("hhrl_bench.evaluation.sources.shipped_methods", interrupted)
     result = invoke("list", "agents")
     assert result.exit_code == 130
     assert result.stderr.strip() == "hhrl-bench: interrupted; what was not finished was not written"

@@ -8,7 +8,8 @@ import pytest
 
 from hhrl_agents import METHODS, RULES
 from hhrl_bench.errors import AgentError, UnknownTaskError
-from hhrl_bench.evaluation.loading import load_agent, load_agents, shipped_methods
+from hhrl_bench.evaluation.loading import load_agent, load_agents
+from hhrl_bench.evaluation.sources import shipped_methods
 from hhrl_envs import get_scenario
 from support.own_agents import COASTING
 

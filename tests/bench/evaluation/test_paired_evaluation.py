@@ -132,7 +132,8 @@ def test_the_rates_of_the_metrics_add_up_to_one() -> None:
 @pytest.mark.parametrize(
     ("answer", "said"),
     [
-        (lambda obs: np.zeros(len(obs), int), "returned ndarray; return Decision"),
+        (lambda obs: [0] * len(obs), r"returned list; return Decision\(option, action\), or an array of actions"),
+        (lambda obs: np.zeros(len(obs) - 1, int), r"shape \(499,\)"),
         (lambda obs: (np.full(len(obs), -1), np.zeros(len(obs) - 1, int)), r"shape \(499,\)"),
         (lambda obs: (np.full(len(obs), -1), np.full(len(obs), np.nan)), "type float64"),
         (lambda obs: (np.full(len(obs), -1), np.full(len(obs), SCENARIO.num_actions)), "return 0 to 5"),

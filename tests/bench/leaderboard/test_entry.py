@@ -10,8 +10,8 @@ from pydantic import ValidationError
 
 from hhrl_agents import METHODS, RULES
 from hhrl_bench.errors import AgentError, RecordError, UnknownSuiteError
-from hhrl_bench.evaluation.loading import shipped_methods
 from hhrl_bench.evaluation.metrics import METRICS
+from hhrl_bench.evaluation.sources import shipped_methods
 from hhrl_bench.leaderboard.entry import read_entry, write_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites import units

@@ -103,6 +103,6 @@ def test_a_task_with_an_opponent_can_be_played_against_another_one() -> None:
 
 
 def test_an_unknown_task_is_told_which_there_are() -> None:
-    with pytest.raises(UnknownTaskError, match="unknown task 'stop-lin'; known tasks: stop-line-v0"):
+    with pytest.raises(UnknownTaskError, match="unknown task 'stop-lin', did you mean stop-line-v0; known tasks: stop"):
         get_task("stop-lin")
     assert issubclass(UnknownTaskError, InputError)

@@ -1,0 +1,107 @@
+"""Scenario files: what is written is read again, to the same hash, and what is wrong is said in one line."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hhrl_envs import SCENARIOS, InputError, ProfileFamily, Scenario, Traffic, read_scenario
+from hhrl_envs import scenario_from_json as from_json
+from hhrl_envs import scenario_to_json as to_json
+from hhrl_envs.scenario import files
+from hhrl_envs.scenario.registry import add_scenario
+
+MAIN = SCENARIOS["stop-line-v0"]
+
+
+def changed(*place: str | int, value: Any) -> str:
+    data = json.loads(to_json(MAIN))
+    part = data
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    return json.dumps(data)
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenario: scenario.id)
+def test_what_is_written_is_read_again_to_the_same_hash(scenario: Scenario, tmp_path: Path) -> None:
+    path = tmp_path / "world.json"
+    path.write_text(to_json(scenario))
+    read = read_scenario(path)
+    assert read == scenario
+    assert read.spec_hash == scenario.spec_hash
+    assert json.loads(to_json(scenario))["goal"] in {"STOP", "PASS", "FOLLOW"}
+
+
+def test_what_is_left_out_has_its_default() -> None:
+    families = [{"name": "calm", "weight": 1.0, "dwell": [1.0, 2.0]}]
+    read = from_json(json.dumps({"id": "bare-v0", "traffic": {"families": families}}))
+    assert read == Scenario("bare-v0", Traffic((ProfileFamily("calm", 1.0, dwell=(1.0, 2.0)),)))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[1]", "it is [1]; write an object with the keys id, traffic"),
+        ("{}", "it lacks 'id'; add it"),
+        ('{"id": "a-v0"}', "it lacks 'traffic'; add it"),
+        ('{"id": "a", "id": "b"}', "the key 'id' is given twice; give it once"),
+        ("{", "this is no JSON: "),
+        ("[" * 100_000, "this is no JSON: "),
+        ('{"id": NaN}', "NaN is no number; write a finite one"),
+        ('{"dt": 1e999}', "it lacks 'id'"),
+        (changed("frction", value=1.0), "has the unknown key 'frction'"),
+        (changed("road", "frction", value=1.0), "road has the unknown key 'frction', did you mean 'friction'; write"),
+        (changed("road", value=3), "road is 3; write an object with the keys speed_limit, "),
+        (changed("road", "friction", value=7), "Road.friction is 7; write a coefficient from 0.01 to 1.5"),
+        (changed("road", "friction", value="1"), "Road.friction is '1'; write a coefficient"),
+        (changed("road", "friction", value=True), "Road.friction is True; write a coefficient"),
+        (changed("road", "lines", value=0.0), "Road.lines is 0.0; write"),
+        (changed("road", "start_speed", value=[5]), "Road.start_speed is (5,); write"),
+        (changed("dt", value=float("1e308") * 10), "Infinity is no number"),
+        (changed("goal", value=0), "goal is 0; write one of: 'STOP', 'PASS', 'FOLLOW'"),
+        (changed("goal", value=["STOP"]), "goal is ['STOP']; write one of"),
+        (changed("signal", value={}), "signal lacks 'green_at'; add it"),
+        (
+            changed("traffic", "families", 0, "wait", value=1),
+            "traffic.families[0] has the unknown key 'wait'",
+        ),
+        (changed("traffic", "families", 0, value=None), "traffic.families[0] is None; write an object"),
+        (changed("traffic", "families", value=[]), "Traffic.families is ()"),
+        (changed("id", value="../escape"), "Scenario.id is '../escape'; write a name of letters"),
+        (changed("horizon", value=10**30), "Scenario.horizon is "),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "world.json"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_scenario(path)
+    assert said in str(caught.value)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_files_that_are_none_are_said_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "world.json"
+    with pytest.raises(InputError, match=r"cannot read .*world\.json: No such file or directory; name a scenario file"):
+        read_scenario(path)
+    with pytest.raises(InputError, match="cannot read "):
+        read_scenario(tmp_path)
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match=r"world\.json is no text in UTF-8; name a scenario file"):
+        read_scenario(path)
+    monkeypatch.setattr(files, "LONGEST", 10)
+    path.write_text(to_json(MAIN))
+    with pytest.raises(InputError, match=r"world\.json has more than 10 bytes"):
+        read_scenario(path)
+
+
+def test_an_equal_scenario_does_not_take_the_place_of_a_registered_one() -> None:
+    whole = replace(MAIN, road=replace(MAIN.road, friction=1))
+    assert whole == MAIN
+    assert whole.spec_hash != MAIN.spec_hash
+    add_scenario(whole)
+    assert SCENARIOS[MAIN.id].spec_hash == MAIN.spec_hash
