@@ -193,7 +193,10 @@ def on_task(name: str) -> Forge:
 
     def forge(board: Board) -> None:
         board.put("tasks", 1, "id", value=name)
-        board.put("results", PLATOON, "task", value=name)
+        for part in ("results", "trainings"):
+            for index, one in enumerate(board.at(part)):
+                if one["task"] == "platoon-v0":
+                    board.put(part, index, "task", value=name)
 
     return forge
 
