@@ -168,12 +168,24 @@ class Simulator:
         own, front = (self._memory.of_agent(slot, at.POSITION, 2).T for slot in (agent, agent + 1))
         return front[0] - self.scenario.vehicle.length - own[0], own[1] - front[1]
 
-    def reset(self, seeds: ArrayLike) -> None:
-        """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""
-        self._keys[SEED] = _as_keys(seeds, self.num_rows)
-        self._keys[EPISODE] = np.uint64(2**64 - 1)  # the one before episode 0
-        self._ready = True
-        self.next_episode()
+    @property
+    def any_ended(self) -> bool:
+        """Whether the episode of any agent in any row has ended."""
+        return self._ended != 0
+
+    def reset(self, seeds: ArrayLike, chosen: Flags | None = None) -> None:
+        """Put rows at the start of episode 0 of their seeds.
+
+        ``seeds`` are integers [B] in [0, 2^64); of them those of the ``chosen`` rows count, bool [B], or all.
+        """
+        keys, first = _as_keys(seeds, self.num_rows), np.uint64(2**64 - 1)  # the one before episode 0
+        if chosen is None:
+            self._keys[SEED], self._keys[EPISODE], self._ready = keys, first, True
+        else:
+            self._require_reset()
+            _require_mask(chosen, self.num_rows)
+            self._keys[:, chosen] = np.stack([keys, np.full_like(keys, first)])[:, chosen]
+        self.next_episode(chosen)
 
     def reset_done(self) -> None:
         """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""

@@ -7,7 +7,8 @@ import pytest
 import torch
 
 from hhrl_envs import SCENARIOS, triad
-from hhrl_envs.views.parallel_env import EGO, NumericInfos
+from hhrl_envs.views.infos import NumericInfos
+from hhrl_envs.views.parallel_env import EGO
 from hhrl_envs.views.triad import ViewArguments
 
 with warnings.catch_warnings():

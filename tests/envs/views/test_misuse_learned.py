@@ -83,7 +83,7 @@ def test_actions_of_one_agent_among_several(wrong: float) -> None:
     assert simulator.arrays.all_observations.tobytes() == clean.arrays.all_observations.tobytes()
 
 
-def test_actions_for_an_agent_that_has_left_or_is_missing() -> None:
+def test_actions_for_an_agent_that_is_missing_or_never_was_one() -> None:
     env = platoon_v0.parallel_env()
     env.reset(seed=3)
     everyone = dict.fromkeys(env.possible_agents, 5)
@@ -91,9 +91,10 @@ def test_actions_for_an_agent_that_has_left_or_is_missing() -> None:
         env.step(everyone)
     assert env.agents
     left = [agent for agent in everyone if agent not in env.agents]
+    stranger = {**everyone, "front_9": 5}
     allowed = f"write a dict with one action for each of {env.agents}"
     before = env.state()
-    refused(lambda: env.step(everyone), f"actions for {list(everyone)}", allowed)
+    refused(lambda: env.step(stranger), f"actions for {list(stranger)}", allowed)
     some = env.agents[1:]
     refused(lambda: env.step(dict.fromkeys([*some, left[0]], 5)), allowed)
     refused(lambda: env.step(dict.fromkeys(some, 5)), allowed)
