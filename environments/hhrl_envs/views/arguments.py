@@ -63,7 +63,7 @@ def as_option(option: int | None) -> Option | None:
 def require_horizon(scenario: Scenario, max_episode_steps: int | None) -> None:
     """Raise an ``InputError`` if a limit of Gymnasium's, -1 and None being none, would cut the scenario's episodes."""
     limit, horizon = max_episode_steps, scenario.horizon
-    allowed = f"{horizon} or more, the horizon of {scenario.id!r}; hhrl_envs.register gives a scenario an id of its own, "
+    allowed = f"{horizon} or more, the horizon of {scenario.id!r}; hhrl_envs.register gives a scenario its own id, "
     allowed += "and replace(scenario, horizon=...) another horizon"
     require_value(limit is None or limit == -1 or limit >= horizon, "max_episode_steps", limit, allowed)
 

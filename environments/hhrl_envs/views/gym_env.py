@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.simulator import Simulator
-from hhrl_envs.sub_goals import Outcome
+from hhrl_envs.sub_goals import RUNNING, SUCCESS
 from hhrl_envs.views.arguments import RENDER_MODES, as_seed, driver, require_horizon
 from hhrl_envs.views.infos import Info, running_info
 from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
@@ -22,8 +22,8 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     All front vehicles are scripted, also where the scenario is made for learned ones. ``infos`` have the same numeric
     entries at reset and at every step: ``reward_option`` and ``reward_action``, float64 [K] each, ``outcome``,
-    ``is_success``, ``feasible`` and ``option_mask``, bool [K]. The ``simulator`` says what else there is of the
-    episode: ``simulator.profiles(0)`` and ``simulator.key(0)``.
+    an integer, ``is_success``, ``feasible`` and ``option_mask``, bool [K]. What else there is of the episode, the
+    ``simulator`` says: ``simulator.profiles(0)`` and ``simulator.key(0)``.
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012
@@ -43,7 +43,7 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self.action_space: Any = self.parallel.action_space(EGO)
         self._actions = driver(self.scenario, continuous_actions)
         self._option_mask = np.array(self.scenario.option_mask)
-        self._running: Info = {}
+        self._feasible = True
 
     @property
     def simulator(self) -> Simulator:
@@ -56,22 +56,18 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """Return the first observation, float32 [SIZE], and info of an episode; see ``StopLineParallelEnv.reset``."""
         super().reset(seed=None if seed is None else as_seed(seed))
         observations, infos = self.parallel.reset(seed=seed, options=options)
-        begun = infos[EGO]
-        self._running = {"outcome": int(Outcome.RUNNING), "is_success": False, "feasible": begun["feasible"]}
-        return observations[EGO], {**running_info(), **self._running, "option_mask": begun["option_mask"]}
+        self._feasible = infos[EGO]["feasible"]
+        return observations[EGO], self._numeric(running_info())
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
         """Return observation, r^task, terminated, truncated and info after one step."""
         observations, rewards, terminations, truncations, infos = self.parallel.step({EGO: action})
-        own, terminated, truncated = infos[EGO], terminations[EGO], truncations[EGO]
-        info = {**self._running, **own, "option_mask": self._option_mask.copy()}
-        if terminated or truncated:
-            info["outcome"] = int(own["outcome"])
-        return observations[EGO], rewards[EGO], terminated, truncated, info
+        return observations[EGO], rewards[EGO], terminations[EGO], truncations[EGO], self._numeric(infos[EGO])
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which levels are allowed, bool [num_actions]: all of them, always. MaskablePPO asks for it."""
-        return self._actions.masks(1)[0]
+        allowed: NDArray[np.bool_] = self._actions.masks(1)[0]
+        return allowed
 
     def get_keys_to_action(self) -> dict[tuple[int, ...], Any]:
         """Return which key means which action, for ``gymnasium.utils.play``; see ``views.arguments``."""
@@ -89,6 +85,18 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """Close the window, where there is one."""
         self.parallel.close()
 
+    def _numeric(self, info: Info) -> Info:
+        """Return an info of the ego as numpy's numbers and arrays, which every reader of infos can stack."""
+        outcome = info.get("outcome", RUNNING)
+        return {
+            "reward_option": info["reward_option"],
+            "reward_action": info["reward_action"],
+            "outcome": np.int64(outcome),
+            "is_success": np.array(outcome == SUCCESS),
+            "feasible": np.array(self._feasible),
+            "option_mask": self._option_mask.copy(),
+        }
+
 
 def gym_id(scenario_id: str) -> str:
     """Return the Gymnasium id of a scenario id."""
@@ -100,8 +108,8 @@ def register_gym(scenario: Scenario) -> None:
     """Register a scenario with Gymnasium, single and native vector: ``stop-line-v0`` as ``hhrl_envs/StopLine-v0``.
 
     Its ``max_episode_steps`` is the horizon, at which the view itself truncates. The ``TimeLimit`` that ``make`` adds
-    changes nothing but this: ``truncated`` is True too in an episode that terminates in the very last step. The views are
-    told the limit as well, and refuse a longer scenario in place of the registered one, which it would cut.
+    changes nothing but this: ``truncated`` is True too in an episode that terminates in the very last step. The views
+    are told the limit as well, and refuse a longer scenario in place of the registered one, which it would cut.
     """
     gymnasium.register(
         gym_id(scenario.id),

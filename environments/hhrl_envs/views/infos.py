@@ -39,8 +39,8 @@ def running_info() -> Info:
 class NumericInfos(BaseParallelWrapper[str, Floats32, Any]):
     """Keeps numbers in infos: ``reward_option``, ``reward_action``, [K] each, ``outcome`` and ``is_success``.
 
-    They are there at reset too, as zeros, ``Outcome.RUNNING`` and False. It is for libraries that want infos of the same
-    entries and shapes at all times, as TorchRL does. `pettingzoo.utils.parallel_to_aec` makes an AEC view of it.
+    They are there at reset too, as zeros, ``Outcome.RUNNING`` and False. It is for libraries that want infos of the
+    same entries and shapes at all times, as TorchRL does. `pettingzoo.utils.parallel_to_aec` makes an AEC view of it.
     """
 
     def __init__(self, env: ParallelEnv[str, Floats32, Any]) -> None:

@@ -37,10 +37,10 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
     A step wants an action of every live agent; those of agents that have left are not read.
 
     ``rewards`` are r^task; ``infos[agent]`` carries ``reward_option`` and ``reward_action``, float64 [K] each, one
-    entry an option, and ``outcome`` and ``is_success`` on the last step. At reset it carries the drawn profiles and whether the episode is
-    ``feasible``; with learned front vehicles that is known when the ego's episode ends. ``reset(seed=s)`` starts
-    episode 0 of seed s, ``reset()`` the next episode of the same seed. ``render_mode="human"`` shows every step in a
-    window, ten steps of 0.1 s in a second; ``"rgb_array"`` lets ``render()`` return pictures.
+    entry an option, and ``outcome`` and ``is_success`` on the last step. At reset it carries the drawn profiles and
+    whether the episode is ``feasible``; with learned front vehicles that is known when the ego's episode ends.
+    ``reset(seed=s)`` starts episode 0 of seed s, ``reset()`` the next episode of the same seed. ``render_mode="human"``
+    shows every step in a window, ten steps of 0.1 s in a second; ``"rgb_array"`` lets ``render()`` return pictures.
 
     Raises:
         InputError: a scenario, render mode, seed, agent or action that is not allowed, or a step before reset.
@@ -69,9 +69,10 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         self.agents: list[str] = []
         self._slots = {agent: slot for slot, agent in enumerate(self.possible_agents)}
         self._actions = driver(self.scenario, continuous_actions)
-        self._observation_space = observation_space(self.scenario)
+        self._observation_space: spaces.Space[Any] = observation_space(self.scenario)
         self.observation_spaces = dict.fromkeys(self.possible_agents, self._observation_space)
-        self.action_spaces = dict.fromkeys(self.possible_agents, self._actions.space)
+        action_space: spaces.Space[Any] = self._actions.space
+        self.action_spaces = dict.fromkeys(self.possible_agents, action_space)
         self.state_space = state_space(self.scenario, len(self.possible_agents))
         self._own: dict[str, tuple[NDArray[Any], ...]] = {}
         self._seeded = False
@@ -94,9 +95,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         as_agent(agent, self.possible_agents)
         return self._actions.space
 
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, Infos]:
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, Infos]:
         """Return the first observations and infos of an episode: of this seed's first one, or of the next one.
 
         The first reset without a seed draws one; an episode has no ``options``, so they are not read.

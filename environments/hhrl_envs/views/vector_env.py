@@ -34,9 +34,9 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
 
     ``infos`` hold the same entries at reset and at every step: ``reward_option`` and ``reward_action``, float64 [B, K]
     for K sub-goals, ``outcome``, int8 [B] of ``Outcome`` codes, ``is_success`` and ``feasible``, bool [B], and
-    ``option_mask``, bool [B, K], which cannot be written. With ``continuous_actions`` an action is a number in [-1, 1], float32 [B, 1]; see
-    ``views.arguments``. All front vehicles are scripted. With ``render_mode="rgb_array"`` ``render()`` returns a picture
-    of every row.
+    ``option_mask``, bool [B, K], which cannot be written. With ``continuous_actions`` an action is a number in [-1, 1],
+    float32 [B, 1]; see ``views.arguments``. All front vehicles are scripted. With ``render_mode="rgb_array"``
+    ``render()`` returns a picture of every row.
     """
 
     metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012

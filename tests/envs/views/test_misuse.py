@@ -75,7 +75,9 @@ def test_steps_of_rows_that_have_ended_and_do_not_begin_by_themselves() -> None:
         _, _, terminated, truncated, _ = envs.step(np.full(3, 5))
         ended = terminated | truncated
     over = np.flatnonzero(ended)
-    refused(lambda: envs.step(np.full(3, 5)), f"the episode of row {over[0]} is over, as in {over.size} of 3 rows; call")
+    refused(
+        lambda: envs.step(np.full(3, 5)), f"the episode of row {over[0]} is over, as in {over.size} of 3 rows; call"
+    )
 
 
 def test_limits_that_would_cut_episodes() -> None:
