@@ -68,7 +68,7 @@ class Simulator:
     The ego is agent 0; with ``learned_fronts`` the front vehicles nearest to it are agents 1, 2, ... The properties are
     the ego's results of the last ``reset``, ``next_episode``, ``reset_done`` or ``step``; ``of_agent`` gives those of
     any agent. Each of these hands out fresh arrays, so what you keep never changes. An agent whose episode has ended
-    keeps its outcome and earns nothing until the row's next episode begins.
+    keeps its outcome and earns nothing until the row's next episode begins. ``ended`` counts those agents.
     """
 
     def __init__(self, scenario: Scenario | str, num_rows: int, threads: int = 1, learned_fronts: int = 0) -> None:
@@ -87,7 +87,7 @@ class Simulator:
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = [(0, self._blocks)] if threads == 1 else _pieces(self._blocks, threads)
         self._special = True if learned_fronts or not scenario.plain else None
-        self._ended, self._ready, self._direction = 0, False, 0
+        self.ended, self._ready, self._direction = 0, False, 0
 
     @property
     def observations(self) -> Floats32:
@@ -168,11 +168,6 @@ class Simulator:
         own, front = (self._memory.of_agent(slot, at.POSITION, 2).T for slot in (agent, agent + 1))
         return front[0] - self.scenario.vehicle.length - own[0], own[1] - front[1]
 
-    @property
-    def any_ended(self) -> bool:
-        """Whether the episode of any agent in any row has ended."""
-        return self._ended != 0
-
     def reset(self, seeds: ArrayLike, chosen: Flags | None = None) -> None:
         """Put rows at the start of episode 0 of their seeds.
 
@@ -190,7 +185,7 @@ class Simulator:
     def reset_done(self) -> None:
         """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""
         self._require_reset()
-        if self._ended:
+        if self.ended:
             self.next_episode((self.arrays.all_codes[0] != RUNNING).all(axis=0))
 
     def next_episode(self, chosen: Flags | None = None) -> None:
@@ -214,7 +209,7 @@ class Simulator:
         """
         self._require_reset()
         self._aim(np.asarray(actions))
-        self._show(MOVE_AND_SHOW | BEGIN if autoreset and self._ended else MOVE_AND_SHOW)
+        self._show(MOVE_AND_SHOW | BEGIN if autoreset and self.ended else MOVE_AND_SHOW)
 
     def step_row(self, accelerations: dict[int, float]) -> None:
         """Advance a simulator of one row by one step; ``accelerations`` are the targets of its agents, not checked.
@@ -255,7 +250,7 @@ class Simulator:
         """Return all that the next steps depend on; see ``restore``."""
         self._require_reset()
         own = self._state_arrays(self.arrays)
-        return {**{name: array.copy() for name, array in own.items()}, "ended": count(self._ended)}
+        return {**{name: array.copy() for name, array in own.items()}, "ended": count(self.ended)}
 
     def restore(self, state: State) -> None:
         """Go on, bit for bit, where a simulator of the same scenario and size has been at ``state``.
@@ -267,7 +262,7 @@ class Simulator:
         for name, array in self._state_arrays(arrays).items():
             array[...] = read(state, name, array)
         self.arrays = arrays
-        self._ended, self._ready = read_count(state, "ended"), True
+        self.ended, self._ready = read_count(state, "ended"), True
 
     def _state_arrays(self, arrays: StepArrays) -> State:
         own: State = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
@@ -284,7 +279,7 @@ class Simulator:
         self.arrays = self._pool.take()
         self._direction ^= BACKWARDS
         self._run(parts | self._direction)
-        if self._ended < 0:
+        if self.ended < 0:
             self._decide()
 
     def _decide(self) -> None:
@@ -294,7 +289,7 @@ class Simulator:
             attempts += 1
             left -= max(self._each_slice(decide_rows, self.num_rows)) * self.scenario.num_vehicles
             self._run(BEGIN | SHOW)
-            if self._ended >= 0:
+            if self.ended >= 0:
                 return
         hint = "give it wider gaps, more start_distance, less start_speed, more friction or a longer horizon"
         hint += ", or set feasible_only=False"
@@ -310,7 +305,7 @@ class Simulator:
         else:
             counts = self._each_slice(advance_rows, keys, observations, results, codes, parts, special)
             ended = min(counts) if min(counts) < 0 else sum(counts)
-        self._ended = ended
+        self.ended = ended
         if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, keys, self._history, self.num_rows)
 

@@ -130,7 +130,7 @@ class Levels:
 
     def batch(self, actions: Any, rows: int) -> NDArray[np.int64]:
         """Return the actions of all rows as the simulator takes them, integers [rows]."""
-        given = _array(actions, rows)
+        given = actions if isinstance(actions, np.ndarray) else _array(actions, rows)
         if given.shape != (rows,) or given.dtype.kind not in "iu":
             raise InputError(f"actions are {given.dtype} {given.shape}; write integers of shape ({rows},)")
         return given
@@ -161,7 +161,7 @@ class Pedals:
 
     def batch(self, actions: Any, rows: int) -> NDArray[np.float64]:
         """Return the target accelerations of all rows in m/s^2, float64 [rows], of shares [rows, 1]."""
-        given = _array(actions, rows)
+        given = actions if isinstance(actions, np.ndarray) else _array(actions, rows)
         if given.shape != (rows, 1) or given.dtype.kind != "f":
             raise InputError(f"actions are {given.dtype} {given.shape}; write floats of shape ({rows}, 1)")
         shares = given[:, 0].astype(np.float64)

@@ -8,13 +8,18 @@ from numpy.typing import NDArray
 
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.simulator import Simulator
-from hhrl_envs.sub_goals import RUNNING, SUCCESS
+from hhrl_envs.sub_goals import SUB_GOALS, Outcome
 from hhrl_envs.views.arguments import RENDER_MODES, as_seed, driver, require_horizon
-from hhrl_envs.views.infos import Info, running_info
+from hhrl_envs.views.infos import Info
 from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
 from hhrl_envs.views.vector_env import StopLineVectorEnv
 
 __all__ = ["StopLineEnv", "StopLineVectorEnv", "gym_id", "register_gym"]
+
+_OUTCOMES = [np.int64(outcome) for outcome in Outcome]
+_FLAGS = np.array(False), np.array(True)
+_GO_ON = frozenset({int(Outcome.RUNNING), int(Outcome.TIMEOUT)})
+_TIMEOUT, _SUCCESS = int(Outcome.TIMEOUT), int(Outcome.SUCCESS)
 
 
 class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
@@ -22,7 +27,7 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     All front vehicles are scripted, also where the scenario is made for learned ones. ``infos`` have the same numeric
     entries at reset and at every step: ``reward_option`` and ``reward_action``, float64 [K] each, ``outcome``,
-    an integer, ``is_success``, ``feasible`` and ``option_mask``, bool [K]. What else there is of the episode, the
+    an integer, ``is_success`` and ``feasible``. What else there is of the episode, the
     ``simulator`` says: ``simulator.profiles(0)`` and ``simulator.key(0)``.
     """
 
@@ -42,8 +47,7 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self.observation_space: Any = self.parallel.observation_space(EGO)
         self.action_space: Any = self.parallel.action_space(EGO)
         self._actions = driver(self.scenario, continuous_actions)
-        self._option_mask = np.array(self.scenario.option_mask)
-        self._feasible = True
+        self._feasible = np.array(True)
 
     @property
     def simulator(self) -> Simulator:
@@ -56,13 +60,14 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """Return the first observation, float32 [SIZE], and info of an episode; see ``StopLineParallelEnv.reset``."""
         super().reset(seed=None if seed is None else as_seed(seed))
         observations, infos = self.parallel.reset(seed=seed, options=options)
-        self._feasible = infos[EGO]["feasible"]
-        return observations[EGO], self._numeric(running_info())
+        self._feasible = np.array(infos[EGO]["feasible"])
+        return observations[EGO], self._info(np.zeros(len(SUB_GOALS)), np.zeros(len(SUB_GOALS)), Outcome.RUNNING)
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
         """Return observation, r^task, terminated, truncated and info after one step."""
-        observations, rewards, terminations, truncations, infos = self.parallel.step({EGO: action})
-        return observations[EGO], rewards[EGO], terminations[EGO], truncations[EGO], self._numeric(infos[EGO])
+        observation, reward, outcome, option, action = self.parallel.step_ego(action)
+        terminated, truncated = outcome not in _GO_ON, outcome == _TIMEOUT
+        return observation, reward, terminated, truncated, self._info(option, action, outcome)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which levels are allowed, bool [num_actions]: all of them, always. MaskablePPO asks for it."""
@@ -85,16 +90,14 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """Close the window, where there is one."""
         self.parallel.close()
 
-    def _numeric(self, info: Info) -> Info:
-        """Return an info of the ego as numpy's numbers and arrays, which every reader of infos can stack."""
-        outcome = info.get("outcome", RUNNING)
+    def _info(self, option: NDArray[Any], action: NDArray[Any], outcome: int) -> Info:
+        """Return an info of fresh numpy numbers and arrays, which every reader of infos can stack."""
         return {
-            "reward_option": info["reward_option"],
-            "reward_action": info["reward_action"],
-            "outcome": np.int64(outcome),
-            "is_success": np.array(outcome == SUCCESS),
-            "feasible": np.array(self._feasible),
-            "option_mask": self._option_mask.copy(),
+            "reward_option": option,
+            "reward_action": action,
+            "outcome": _OUTCOMES[outcome],
+            "is_success": _FLAGS[outcome == _SUCCESS].copy(),
+            "feasible": self._feasible.copy(),
         }
 
 

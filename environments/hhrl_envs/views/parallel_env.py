@@ -69,10 +69,9 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         self.agents: list[str] = []
         self._slots = {agent: slot for slot, agent in enumerate(self.possible_agents)}
         self._actions = driver(self.scenario, continuous_actions)
-        self._observation_space: spaces.Space[Any] = observation_space(self.scenario)
-        self.observation_spaces = dict.fromkeys(self.possible_agents, self._observation_space)
-        action_space: spaces.Space[Any] = self._actions.space
-        self.action_spaces = dict.fromkeys(self.possible_agents, action_space)
+        seen, done = observation_space(self.scenario), self._actions.space
+        self.observation_spaces: dict[str, Any] = dict.fromkeys(self.possible_agents, seen)
+        self.action_spaces: dict[str, Any] = dict.fromkeys(self.possible_agents, done)
         self.state_space = state_space(self.scenario, len(self.possible_agents))
         self._own: dict[str, tuple[NDArray[Any], ...]] = {}
         self._seeded = False
@@ -87,13 +86,13 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's observation space; the same for all agents."""
-        as_agent(agent, self.possible_agents)
-        return self._observation_space
+        space: spaces.Space[Any] = self.observation_spaces[as_agent(agent, self.possible_agents)]
+        return space
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's action space; the same for all agents."""
-        as_agent(agent, self.possible_agents)
-        return self._actions.space
+        space: spaces.Space[Any] = self.action_spaces[as_agent(agent, self.possible_agents)]
+        return space
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, Infos]:
         """Return the first observations and infos of an episode: of this seed's first one, or of the next one.
@@ -129,6 +128,19 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         if self._renderer is not None:
             self._renderer.follow()
         return collected
+
+    def step_ego(self, action: Any) -> tuple[NDArray[np.float32], float, int, NDArray[Any], NDArray[Any]]:
+        """Return observation, r^task, outcome, r^option and r^action after one step of an ego without other agents."""
+        if not self.agents:
+            self._refuse_step({EGO: action})
+        self.simulator.step_row({0: self._actions.acceleration(EGO, action)})
+        observation, results, of_option, of_action, codes = self._own[EGO]
+        outcome = codes.item(0)
+        if outcome:
+            self.agents = []
+        if self._renderer is not None:
+            self._renderer.follow()
+        return observation.copy(), results.item(0), outcome, of_option.copy(), of_action.copy()
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture of the road, uint8 [H, W, 3]; None without a render mode and where a window shows it."""

@@ -15,12 +15,14 @@ from hhrl_envs.scenario.registry import as_count, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.engine.memory import StepArrays
 from hhrl_envs.simulation.simulator import Simulator
-from hhrl_envs.sub_goals import SUB_GOALS, SUCCESS
+from hhrl_envs.sub_goals import Outcome
 from hhrl_envs.views.arguments import as_autoreset, as_reset_mask, as_seeds, driver, require_horizon
 from hhrl_envs.views.infos import Info
 from hhrl_envs.views.spaces import observation_space
 
 Batch = tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]
+
+_SUCCESS = np.int8(Outcome.SUCCESS)
 
 
 class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any]]):
@@ -33,10 +35,9 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
     With DISABLED, ``reset(options={"reset_mask": mask})`` starts the next episodes of the rows in ``mask``, bool [B].
 
     ``infos`` hold the same entries at reset and at every step: ``reward_option`` and ``reward_action``, float64 [B, K]
-    for K sub-goals, ``outcome``, int8 [B] of ``Outcome`` codes, ``is_success`` and ``feasible``, bool [B], and
-    ``option_mask``, bool [B, K], which cannot be written. With ``continuous_actions`` an action is a number in [-1, 1],
-    float32 [B, 1]; see ``views.arguments``. All front vehicles are scripted. With ``render_mode="rgb_array"``
-    ``render()`` returns a picture of every row.
+    for K sub-goals, ``outcome``, int8 [B] of ``Outcome`` codes, ``is_success`` and ``feasible``, bool [B], to be read
+    only. With ``continuous_actions`` an action is a number in [-1, 1], float32 [B, 1]; see ``views.arguments``. All
+    front vehicles are scripted. With ``render_mode="rgb_array"`` ``render()`` returns a picture of every row.
     """
 
     metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -67,8 +68,7 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         self.single_action_space = self._actions.space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._option_mask = np.broadcast_to(self.scenario.option_mask, (num_envs, len(SUB_GOALS)))
-        self._feasible = np.zeros(num_envs, np.bool_)
+        self._nowhere, self._feasible = (_fixed(np.full(num_envs, flag)) for flag in (False, True))
         self._seeded = False
 
     def reset(
@@ -89,7 +89,7 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
             super().reset(seed=int(seeds[0]))
             self.simulator.reset(seeds, chosen)
             self._seeded = True
-        self._feasible = self.simulator.feasible
+        self._note_episodes()
         return self.simulator.observations, self._infos(self.simulator.arrays)
 
     def step(self, actions: NDArray[Any]) -> Batch:
@@ -98,21 +98,17 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         Raises:
             InputError: for actions that are none, and without auto-reset for a step of rows that have ended.
         """
-        simulator, mode = self.simulator, self._autoreset
-        ended = simulator.any_ended
-        if ended and mode is AutoresetMode.DISABLED:
-            over = np.flatnonzero(simulator.outcomes)
-            hint = "call reset(options={'reset_mask': terminations | truncations}) first"
-            raise InputError(f"the episode of row {over[0]} is over, as in {over.size} of {self.num_envs} rows; {hint}")
+        simulator = self.simulator
+        begins = simulator.ended
+        if begins and self._autoreset is AutoresetMode.DISABLED:
+            self._refuse_step()
         simulator.step(self._actions.batch(actions, self.num_envs), autoreset=True)
-        if ended:
-            self._feasible = simulator.feasible
+        if begins:
+            self._note_episodes()
         arrays = simulator.arrays
-        infos = self._infos(arrays)
-        if mode is AutoresetMode.SAME_STEP and simulator.any_ended:
+        observations, infos = arrays.observations, self._infos(arrays)
+        if simulator.ended and self._autoreset is AutoresetMode.SAME_STEP:
             observations, infos = self._begin_ended(arrays, infos)
-        else:
-            observations = arrays.observations
         return observations, arrays.rewards, arrays.terminations, arrays.truncations, infos
 
     def action_masks(self) -> NDArray[np.bool_]:
@@ -125,11 +121,21 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
             return None
         return tuple(draw_row(self.simulator, row) for row in range(self.num_envs))
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)  # a copied array can be written again
+        self._nowhere, self._feasible = (_fixed(flags.astype(np.bool_)) for flags in (self._nowhere, self._feasible))
+
+    def _refuse_step(self) -> None:
+        over = np.flatnonzero(self.simulator.outcomes)
+        hint = "call reset(options={'reset_mask': terminations | truncations}) first"
+        raise InputError(f"the episode of row {over[0]} is over, as in {over.size} of {self.num_envs} rows; {hint}")
+
     def _begin_ended(self, last: StepArrays, final: Info) -> tuple[NDArray[np.float32], Info]:
         """Start the next episodes of the rows that have ended, and return all rows' observations and infos."""
         ended = last.terminations | last.truncations
         self.simulator.reset_done()
-        self._feasible, arrays = self.simulator.feasible, self.simulator.arrays
+        self._note_episodes()
+        arrays = self.simulator.arrays
         observations = np.full(self.num_envs, None, object)
         for row in np.flatnonzero(ended):
             observations[row] = last.observations[row].copy()
@@ -137,13 +143,22 @@ class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any
         ends = {"final_obs": observations, "_final_obs": ended, "final_info": {**final, **masks}, "_final_info": ended}
         return arrays.observations, {**self._infos(arrays), **ends}
 
+    def _note_episodes(self) -> None:
+        """Note which of the present episodes are feasible: all of them, where no others are drawn."""
+        if not self.scenario.feasible_only:
+            self._feasible = _fixed(self.simulator.feasible)
+
     def _infos(self, arrays: StepArrays) -> Info:
-        ended = self.simulator.any_ended
         return {
             "reward_option": arrays.reward_option,
             "reward_action": arrays.reward_action,
             "outcome": arrays.outcomes,
-            "is_success": arrays.outcomes == SUCCESS if ended else np.zeros(self.num_envs, np.bool_),
-            "feasible": self._feasible.copy(),
-            "option_mask": self._option_mask,
+            "is_success": arrays.outcomes == _SUCCESS if self.simulator.ended else self._nowhere,
+            "feasible": self._feasible,
         }
+
+
+def _fixed(flags: Flags) -> Flags:
+    """Return the flags, which can no longer be written, so that infos can share them."""
+    flags.flags.writeable = False
+    return flags

@@ -169,8 +169,13 @@ def test_nothing_is_imported_before_it_is_needed() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-@pytest.mark.parametrize("ended_by", [pygame.quit, pygame.display.quit, lambda: (pygame.quit(), pygame.init())])
-def test_pictures_and_windows_outlive_what_others_do_to_pygame(ended_by: Callable[[], object]) -> None:
+def quit_and_begin_anew() -> None:
+    pygame.quit()
+    pygame.init()
+
+
+@pytest.mark.parametrize("ended_by", [pygame.quit, pygame.display.quit, quit_and_begin_anew])
+def test_pictures_and_windows_outlive_what_others_do_to_pygame(ended_by: Callable[[], None]) -> None:
     human, array = StopLineParallelEnv(render_mode="human"), StopLineParallelEnv(render_mode="rgb_array")
     for env in (human, array):
         env.reset(seed=3)

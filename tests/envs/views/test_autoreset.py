@@ -84,12 +84,12 @@ def test_a_reset_of_some_rows_with_seeds_leaves_the_others_alone() -> None:
 )
 def test_statistics_of_episodes_are_those_of_the_view(kind: str, mode: AutoresetMode) -> None:
     single = [partial(StopLineEnv, SHORT)] * 2
-    made: Any = {
+    makers: dict[str, Any] = {
         "native": partial(StopLineVectorEnv, 2, SHORT, autoreset_mode=mode),
         "sync": partial(SyncVectorEnv, single, autoreset_mode=mode),
         "async": partial(AsyncVectorEnv, single, autoreset_mode=mode, daemon=True),
-    }[kind]()
-    envs = RecordEpisodeStatistics(made)
+    }
+    envs = RecordEpisodeStatistics(makers[kind]())
     envs.reset(seed=3)
     total, returns, began = np.zeros(2), [], np.zeros(2, np.bool_)
     for actions in random_actions(2, STEPS, 2, SHORT.num_actions):
@@ -128,7 +128,7 @@ def test_errors_keep_their_words_across_processes() -> None:
 
 
 @pytest.mark.parametrize("options", [{}, {"autoreset_mode": "Disabled"}])
-def test_pictures_of_all_rows(options: dict[str, str]) -> None:
+def test_pictures_of_all_rows(options: dict[str, Any]) -> None:
     envs: Any = gymnasium.make_vec("hhrl_envs/StopLine-v0", 3, render_mode="rgb_array", **options)
     envs.reset(seed=[4, 5, 4])
     pictures = envs.render()

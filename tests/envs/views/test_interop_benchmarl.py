@@ -51,7 +51,7 @@ class Ours(PettingZooClass):  # type: ignore[misc]
 class OurTask(Task):  # type: ignore[misc]
     """The tasks of hhrl_envs."""
 
-    PLATOON = None
+    PLATOON: Any = None
 
     @staticmethod
     def associated_class() -> type[Ours]:
