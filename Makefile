@@ -4,6 +4,7 @@ BIN := .venv/bin
 INPUTS ?= 100000
 SEED ?= 0
 ATTACKS ?=
+CLIENTS := zoo tianshou skrl benchmarl agilerl
 
 EXACT := PYTHONPATH=tests $(BIN)/python -m support.exactness
 
@@ -27,7 +28,7 @@ help:
 	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make exact      compare trajectories, decisions and trainings with those of kernels for a plain x86-64 processor"
 	@echo "make exact-arm64 compare them with those of an emulated ARM64 one; needs Debian's qemu-user-static and mmdebstrap"
-	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
+	@echo "make interop    train with RLlib, RL Zoo, Tianshou, skrl, BenchMARL and AgileRL, each in an environment of its own"
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
 	@echo "make lowest     try the lowest versions that are declared, in .venv-lowest"
@@ -74,8 +75,10 @@ exact-arm64: .venv/installed-bare .venv-arm64/installed
 		.venv-arm64/root/usr/bin/python3 -m support.exactness > runs/exact/arm64
 	diff runs/exact/here runs/exact/arm64 && echo "equal: all $$(wc -l < runs/exact/here) digests"
 
-interop: .venv-ray/installed-interop
+interop: .venv-ray/installed-interop $(CLIENTS:%=.venv-clients/%/installed)
 	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/views/test_interop_rllib.py
+	for client in $(CLIENTS); do OMP_NUM_THREADS=1 .venv-clients/$$client/bin/pytest -o filterwarnings=error \
+		tests/envs/views/test_interop_$$client.py || exit 1; done
 
 cluster: .venv-ray/installed-interop
 	.venv-ray/bin/pytest -o filterwarnings=error tests/bench/execution/test_ray_cluster.py
@@ -140,6 +143,11 @@ $(BIN)/python:
 .venv-ray/installed-interop: pyproject.toml constraints-interop.txt
 	test -x .venv-ray/bin/python || $(PYTHON) -m venv .venv-ray
 	.venv-ray/bin/pip install --quiet --disable-pip-version-check --constraint constraints-interop.txt --editable '.[interop]'
+	touch $@
+
+.venv-clients/%/installed: pyproject.toml tests/interop/%.txt
+	test -x .venv-clients/$*/bin/python || $(PYTHON) -m venv .venv-clients/$*
+	.venv-clients/$*/bin/pip install --quiet --disable-pip-version-check --requirement tests/interop/$*.txt --editable .
 	touch $@
 
 # Debian 12's Python 3.11 for ARM64, unpacked, and wheels for it; nothing of it needs root.

@@ -11,6 +11,7 @@ from hhrl_envs.scenario.registry import SCENARIOS, get_scenario
 from hhrl_envs.scenario.scenario import Adversary, Band, Goal, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
 from hhrl_envs.simulation.simulator import Simulator
 from hhrl_envs.sub_goals import SUB_GOALS, Option, Outcome, SubGoal
+from hhrl_envs.views.infos import NumericInfos
 from hhrl_envs.views.triad import register, triad
 from hhrl_envs.worlds import WORLDS
 
@@ -21,6 +22,7 @@ __all__ = [
     "Band",
     "Goal",
     "InputError",
+    "NumericInfos",
     "Option",
     "Outcome",
     "ProfileFamily",

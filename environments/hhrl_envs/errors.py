@@ -8,9 +8,9 @@ _LONGEST = 1000
 class InputError(ValueError):
     """A bad input; the message is one line that says what is wrong and what to write instead."""
 
-    def __init__(self, message: str) -> None:
-        """Keep to one line whatever the message quotes."""
-        super().__init__(one_line(message))
+    def __init__(self, message: object) -> None:
+        """Keep to one line whatever the message quotes; libraries raise an error again as ``type(error)(error)``."""
+        super().__init__(one_line(str(message)))
 
 
 def one_line(text: str) -> str:

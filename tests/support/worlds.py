@@ -97,7 +97,7 @@ def _play(simulator: Simulator, seed: int, watched: bool) -> float:
         simulator.step(actions)
         if recording is not None:
             recording.note()
-        if simulator._ended == ROWS * simulator.num_agents:
+        if simulator.ended == ROWS * simulator.num_agents:
             break
     if recording is not None:
         recording.check()

@@ -35,6 +35,15 @@ def _font(size: float) -> pygame.font.Font:
     return pygame.font.Font(None, round(size * _OVERSAMPLING))
 
 
+def _written(words: str, size: float, colour: Colour) -> pygame.Surface:
+    """Return a line of text as a picture."""
+    try:
+        return _font(size).render(words, True, colour)
+    except pygame.error:  # somebody else in this process has called pygame.quit(), which ends every font
+        _font.cache_clear()
+        return _font(size).render(words, True, colour)
+
+
 class Canvas:
     """A picture of ``width`` x ``height`` pixels; every coordinate is in pixels, x to the right and y downwards."""
 
@@ -61,7 +70,7 @@ class Canvas:
         self, x: float, y: float, words: str, size: float, colour: Colour = INK, align: Literal["l", "c", "r"] = "l"
     ) -> float:
         """Return the width of one line of text, written with its vertical middle at ``y``."""
-        image = _font(size).render(words, True, colour)
+        image = _written(words, size, colour)
         width = image.get_width() / _OVERSAMPLING
         left = x - {"l": 0.0, "c": 0.5, "r": 1.0}[align] * width
         self._surface.blit(image, (round(left * _OVERSAMPLING), round(y * _OVERSAMPLING - image.get_height() / 2)))

@@ -15,7 +15,8 @@ from hhrl_envs.errors import InputError
 class Window:
     """Shows frames, ``frames_per_second`` at most, in a window of its own that opens with the first one.
 
-    Once its close button was pressed it stays closed: further frames are neither shown nor waited for.
+    Once its close button was pressed it stays closed: further frames are neither shown nor waited for. One that
+    ``pygame.quit()`` has destroyed opens again with the next frame.
 
     Raises:
         InputError: the machine has no screen.
@@ -33,7 +34,7 @@ class Window:
 
     def show(self, frame: NDArray[uint8]) -> None:
         """Show a frame, uint8 [H, W, 3], and wait until its time is over."""
-        if self._window is None and not self.closed:
+        if not (self.closed or self._is_open()):
             self._open(frame.shape[1], frame.shape[0])
         self._listen()
         if self._window is not None:
@@ -46,6 +47,16 @@ class Window:
         if self._window is not None:
             self._window.destroy()
         self._window, self.closed = None, True
+
+    def _is_open(self) -> bool:
+        """Return whether there is a window; ``pygame.quit()``, called by anybody in this process, destroys it."""
+        if self._window is None:
+            return False
+        try:
+            self._window.get_surface()
+        except pygame.error:
+            return False
+        return True
 
     def _open(self, width: int, height: int) -> None:
         try:

@@ -68,7 +68,7 @@ class Simulator:
     The ego is agent 0; with ``learned_fronts`` the front vehicles nearest to it are agents 1, 2, ... The properties are
     the ego's results of the last ``reset``, ``next_episode``, ``reset_done`` or ``step``; ``of_agent`` gives those of
     any agent. Each of these hands out fresh arrays, so what you keep never changes. An agent whose episode has ended
-    keeps its outcome and earns nothing until the row's next episode begins.
+    keeps its outcome and earns nothing until the row's next episode begins. ``ended`` counts those agents.
     """
 
     def __init__(self, scenario: Scenario | str, num_rows: int, threads: int = 1, learned_fronts: int = 0) -> None:
@@ -87,7 +87,7 @@ class Simulator:
         self._blocks, self._noisy = self._memory.blocks, not scenario.sensor.perfect
         self._slices = [(0, self._blocks)] if threads == 1 else _pieces(self._blocks, threads)
         self._special = True if learned_fronts or not scenario.plain else None
-        self._ended, self._ready, self._direction = 0, False, 0
+        self.ended, self._ready, self._direction = 0, False, 0
 
     @property
     def observations(self) -> Floats32:
@@ -183,17 +183,24 @@ class Simulator:
         self._require_reset()
         return self._memory.of_agent(0, at.LINE, 1)[:, 0]
 
-    def reset(self, seeds: ArrayLike) -> None:
-        """Put every row at the start of episode 0 of its seed; ``seeds`` are integers [B] in [0, 2^64)."""
-        self._keys[SEED] = _as_keys(seeds, self.num_rows)
-        self._keys[EPISODE] = np.uint64(2**64 - 1)  # the one before episode 0
-        self._ready = True
-        self.next_episode()
+    def reset(self, seeds: ArrayLike, chosen: Flags | None = None) -> None:
+        """Put rows at the start of episode 0 of their seeds.
+
+        ``seeds`` are integers [B] in [0, 2^64); of them those of the ``chosen`` rows count, bool [B], or all.
+        """
+        keys, first = _as_keys(seeds, self.num_rows), np.uint64(2**64 - 1)  # the one before episode 0
+        if chosen is None:
+            self._keys[SEED], self._keys[EPISODE], self._ready = keys, first, True
+        else:
+            self._require_reset()
+            _require_mask(chosen, self.num_rows)
+            self._keys[:, chosen] = np.stack([keys, np.full_like(keys, first)])[:, chosen]
+        self.next_episode(chosen)
 
     def reset_done(self) -> None:
         """Put every row whose episode has ended, for all of its agents, at the start of the next one of its seed."""
         self._require_reset()
-        if self._ended:
+        if self.ended:
             self.next_episode((self.arrays.all_codes[0] != RUNNING).all(axis=0))
 
     def next_episode(self, chosen: Flags | None = None) -> None:
@@ -217,7 +224,7 @@ class Simulator:
         """
         self._require_reset()
         self._aim(np.asarray(actions))
-        self._show(MOVE_AND_SHOW | BEGIN if autoreset and self._ended else MOVE_AND_SHOW)
+        self._show(MOVE_AND_SHOW | BEGIN if autoreset and self.ended else MOVE_AND_SHOW)
 
     def step_row(self, accelerations: dict[int, float]) -> None:
         """Advance a simulator of one row by one step; ``accelerations`` are the targets of its agents, not checked.
@@ -254,7 +261,7 @@ class Simulator:
         """Return all that the next steps depend on; see ``restore``."""
         self._require_reset()
         own = self._state_arrays(self.arrays)
-        return {**{name: array.copy() for name, array in own.items()}, "ended": count(self._ended)}
+        return {**{name: array.copy() for name, array in own.items()}, "ended": count(self.ended)}
 
     def restore(self, state: State) -> None:
         """Go on, bit for bit, where a simulator of the same scenario and size has been at ``state``.
@@ -266,7 +273,7 @@ class Simulator:
         for name, array in self._state_arrays(arrays).items():
             array[...] = read(state, name, array)
         self.arrays = arrays
-        self._ended, self._ready = read_count(state, "ended"), True
+        self.ended, self._ready = read_count(state, "ended"), True
 
     def _state_arrays(self, arrays: StepArrays) -> State:
         own: State = {"numbers": self._numbers, "keys": self._keys, "history": self._history}
@@ -283,7 +290,7 @@ class Simulator:
         self.arrays = self._pool.take()
         self._direction ^= BACKWARDS
         self._run(parts | self._direction)
-        if self._ended < 0:
+        if self.ended < 0:
             self._decide()
 
     def _decide(self) -> None:
@@ -293,7 +300,7 @@ class Simulator:
             attempts += 1
             left -= max(self._each_slice(decide_rows, self.num_rows)) * self.scenario.num_vehicles
             self._run(BEGIN | SHOW)
-            if self._ended >= 0:
+            if self.ended >= 0:
                 return
         hint = "give it wider gaps, more start_distance, less start_speed, more friction or a longer horizon"
         hint += ", or set feasible_only=False"
@@ -309,7 +316,7 @@ class Simulator:
         else:
             counts = self._each_slice(advance_rows, keys, observations, results, codes, parts, special)
             ended = min(counts) if min(counts) < 0 else sum(counts)
-        self._ended = ended
+        self.ended = ended
         if self._noisy and parts & SHOW:
             self._each_slice(blur_rows, observations, keys, self._history, self.num_rows)
 

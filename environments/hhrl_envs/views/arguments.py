@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from hhrl_envs.errors import InputError, require_value
@@ -59,6 +60,31 @@ def as_option(option: int | None) -> Option | None:
     return None if option is None or option < 0 else Option(option)
 
 
+def require_horizon(scenario: Scenario, max_episode_steps: int | None) -> None:
+    """Raise an ``InputError`` if a limit of Gymnasium's, -1 and None being none, would cut the scenario's episodes."""
+    limit, horizon = max_episode_steps, scenario.horizon
+    allowed = f"{horizon} or more, the horizon of {scenario.id!r}; hhrl_envs.register gives a scenario its own id, "
+    allowed += "and replace(scenario, horizon=...) another horizon"
+    require_value(limit is None or limit == -1 or limit >= horizon, "max_episode_steps", limit, allowed)
+
+
+def as_autoreset(mode: AutoresetMode | str) -> AutoresetMode:
+    """Return Gymnasium's auto-reset mode of a name or of itself."""
+    names = [each.value for each in AutoresetMode]
+    known = isinstance(mode, AutoresetMode) or mode in names
+    require_value(known, "autoreset_mode", repr(mode), f"an AutoresetMode or one of {names}")
+    return AutoresetMode(mode)
+
+
+def as_reset_mask(options: Any, rows: int) -> NDArray[np.bool_] | None:
+    """Return which rows to reset, bool [rows]: ``options["reset_mask"]``; None, for all, where there is none."""
+    mask = options.get("reset_mask") if isinstance(options, dict) else None
+    known = isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (rows,) and mask.any()
+    allowed = f"a numpy array of {rows} truth values, one of them True at least"
+    require_value(mask is None or bool(known), "reset_mask", repr(mask), allowed)
+    return mask
+
+
 def as_agent(agent: str, agents: Sequence[str]) -> str:
     """Return the name of an agent if it is one of ``agents``, else raise an ``InputError``."""
     require_value(agent in agents, "agent", repr(agent), f"one of {list(agents)}")
@@ -91,9 +117,20 @@ class Levels:
             pass
         raise _bad_action(agent, action, self.allowed)
 
+    def keys(self) -> dict[tuple[int, ...], int]:
+        """Return which key means which action: w full throttle, s full brake, d roll on; 1, 2, ... the levels."""
+        levels = self._levels
+        named = {"w": len(levels) - 1, "s": 0, "d": min(range(len(levels)), key=lambda level: abs(levels[level]))}
+        numbered = {str(level + 1): level for level in range(min(len(levels), 9))}
+        return {(ord(key),): level for key, level in {**named, **numbered}.items()}
+
+    def masks(self, rows: int) -> NDArray[np.bool_]:
+        """Return which actions are allowed, bool [rows, num_actions]: all of them, always."""
+        return np.ones((rows, len(self._levels)), np.bool_)
+
     def batch(self, actions: Any, rows: int) -> NDArray[np.int64]:
         """Return the actions of all rows as the simulator takes them, integers [rows]."""
-        given = _array(actions, rows)
+        given = actions if isinstance(actions, np.ndarray) else _array(actions, rows)
         if given.shape != (rows,) or given.dtype.kind not in "iu":
             raise InputError(f"actions are {given.dtype} {given.shape}; write integers of shape ({rows},)")
         return given
@@ -114,9 +151,17 @@ class Pedals:
             raise _bad_action(agent, action, self.allowed)
         return share * (self._throttle if share >= 0.0 else self._brake)
 
+    def keys(self) -> dict[tuple[int, ...], NDArray[np.float32]]:
+        """Return which key means which action: w full throttle, s full brake, d roll on."""
+        return {(ord(key),): np.array([share], np.float32) for key, share in (("w", 1.0), ("s", -1.0), ("d", 0.0))}
+
+    def masks(self, rows: int) -> NDArray[np.bool_]:
+        """Raise an ``InputError``: there is nothing to mask."""
+        raise InputError(f"{rows} continuous actions have no masks; write continuous_actions=False")
+
     def batch(self, actions: Any, rows: int) -> NDArray[np.float64]:
         """Return the target accelerations of all rows in m/s^2, float64 [rows], of shares [rows, 1]."""
-        given = _array(actions, rows)
+        given = actions if isinstance(actions, np.ndarray) else _array(actions, rows)
         if given.shape != (rows, 1) or given.dtype.kind != "f":
             raise InputError(f"actions are {given.dtype} {given.shape}; write floats of shape ({rows}, 1)")
         shares = given[:, 0].astype(np.float64)

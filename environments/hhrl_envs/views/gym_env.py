@@ -1,29 +1,34 @@
-"""The Gymnasium views, single and native vector: the ego alone, scripted front vehicles being part of its world."""
+"""The Gymnasium view of a single environment, and how scenarios are registered there."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from hhrl_envs.errors import InputError
-from hhrl_envs.scenario.registry import as_count, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.simulator import Simulator
-from hhrl_envs.views.arguments import RENDER_MODES, as_seed, as_seeds, driver
+from hhrl_envs.sub_goals import SUB_GOALS, Outcome
+from hhrl_envs.views.arguments import RENDER_MODES, as_seed, driver, require_horizon
+from hhrl_envs.views.infos import Info
 from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
-from hhrl_envs.views.spaces import Info, observation_space
+from hhrl_envs.views.vector_env import StopLineVectorEnv
 
-Batch = tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]
+__all__ = ["StopLineEnv", "StopLineVectorEnv", "gym_id", "register_gym"]
+
+_OUTCOMES = [np.int64(outcome) for outcome in Outcome]
+_FLAGS = np.array(False), np.array(True)
+_GO_ON = frozenset({int(Outcome.RUNNING), int(Outcome.TIMEOUT)})
+_TIMEOUT, _SUCCESS = int(Outcome.TIMEOUT), int(Outcome.SUCCESS)
 
 
 class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
-    """A Gymnasium environment of one scenario: the ego of ``StopLineParallelEnv``, with the same rewards and infos.
+    """A Gymnasium environment of one scenario: the ego of ``StopLineParallelEnv``, with the same rewards.
 
-    All front vehicles are scripted, also where the scenario is made for learned ones.
+    All front vehicles are scripted, also where the scenario is made for learned ones. ``infos`` have the same numeric
+    entries at reset and at every step: ``reward_option`` and ``reward_action``, float64 [K] each, ``outcome``,
+    an integer, ``is_success`` and ``feasible``. What else there is of the episode, the
+    ``simulator`` says: ``simulator.profiles(0)`` and ``simulator.key(0)``.
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012
@@ -33,12 +38,21 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         scenario: Scenario | str = "stop-line-v0",
         render_mode: str | None = None,
         continuous_actions: bool = False,
+        max_episode_steps: int | None = None,
     ) -> None:
         self.parallel = StopLineParallelEnv(scenario, render_mode, 0, continuous_actions)
         self.metadata, self.render_mode = self.parallel.metadata, render_mode
         self.scenario = self.parallel.scenario
+        require_horizon(self.scenario, max_episode_steps)
         self.observation_space: Any = self.parallel.observation_space(EGO)
         self.action_space: Any = self.parallel.action_space(EGO)
+        self._actions = driver(self.scenario, continuous_actions)
+        self._feasible = np.array(True)
+
+    @property
+    def simulator(self) -> Simulator:
+        """The simulator below this view, of one row."""
+        return self.parallel.simulator
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -46,12 +60,23 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """Return the first observation, float32 [SIZE], and info of an episode; see ``StopLineParallelEnv.reset``."""
         super().reset(seed=None if seed is None else as_seed(seed))
         observations, infos = self.parallel.reset(seed=seed, options=options)
-        return observations[EGO], infos[EGO]
+        self._feasible = np.array(infos[EGO]["feasible"])
+        return observations[EGO], self._info(np.zeros(len(SUB_GOALS)), np.zeros(len(SUB_GOALS)), Outcome.RUNNING)
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
         """Return observation, r^task, terminated, truncated and info after one step."""
-        observations, rewards, terminations, truncations, infos = self.parallel.step({EGO: action})
-        return observations[EGO], rewards[EGO], terminations[EGO], truncations[EGO], infos[EGO]
+        observation, reward, outcome, option, action = self.parallel.step_ego(action)
+        terminated, truncated = outcome not in _GO_ON, outcome == _TIMEOUT
+        return observation, reward, terminated, truncated, self._info(option, action, outcome)
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Return which levels are allowed, bool [num_actions]: all of them, always. MaskablePPO asks for it."""
+        allowed: NDArray[np.bool_] = self._actions.masks(1)[0]
+        return allowed
+
+    def get_keys_to_action(self) -> dict[tuple[int, ...], Any]:
+        """Return which key means which action, for ``gymnasium.utils.play``; see ``views.arguments``."""
+        return {**self._actions.keys()}
 
     def render(self) -> Any:
         """Return a picture of the road, uint8 [H, W, 3]; None without a render mode and where a window shows it."""
@@ -65,71 +90,15 @@ class StopLineEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """Close the window, where there is one."""
         self.parallel.close()
 
-
-class StopLineVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], NDArray[Any]]):
-    """``num_envs`` independent rows of one scenario with NEXT_STEP auto-reset, stepped by ``threads`` threads.
-
-    ``reset(seed=s)`` gives row i the seed s + i, a list gives every row its own. The step after an episode's end
-    ignores that row's action, starts its next episode and returns the first observation with reward 0. ``infos`` holds
-    ``reward_option`` and ``reward_action``, float64 [B, K] for K sub-goals, and ``outcome``, int8 [B] of ``Outcome``
-    codes. With ``continuous_actions`` an action is a number in [-1, 1], float32 [B, 1]; see ``views.arguments``. All
-    front vehicles are scripted.
-    """
-
-    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        scenario: Scenario | str = "stop-line-v0",
-        render_mode: str | None = None,
-        continuous_actions: bool = False,
-        threads: int = 1,
-    ) -> None:
-        if render_mode is not None:
-            raise InputError(
-                f"render_mode is {render_mode!r}; the vector view draws nothing, render a single environment"
-            )
-        self.num_envs, self.render_mode = as_count(num_envs, "num_envs"), None
-        self.scenario = as_scenario(scenario)
-        self.simulator = Simulator(self.scenario, num_envs, threads)
-        self._actions = driver(self.scenario, continuous_actions)
-        self.single_observation_space = observation_space(self.scenario)
-        self.single_action_space = self._actions.space
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
-        self._seeded = False
-
-    def reset(
-        self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], Info]:
-        """Return the first observations, float32 [B, SIZE], and infos.
-
-        The infos are ``feasible``, bool [B], and ``option_mask``, bool [B, K] for K sub-goals.
-        """
-        if isinstance(options, dict) and "reset_mask" in options:
-            raise InputError(
-                "options have a 'reset_mask'; leave it out, for rows that have ended begin anew by themselves"
-            )
-        if seed is None and self._seeded:
-            self.simulator.next_episode()
-        else:
-            self.simulator.reset(as_seeds(seed, self.num_envs))
-            self._seeded = True
-        option_mask = np.tile(self.scenario.option_mask, (self.num_envs, 1))
-        return self.simulator.observations, {"feasible": self.simulator.feasible, "option_mask": option_mask}
-
-    def step(self, actions: NDArray[Any]) -> Batch:
-        """Return observations, r^task, terminations, truncations and infos after one step of every row."""
-        simulator = self.simulator
-        simulator.step(self._actions.batch(actions, self.num_envs), autoreset=True)
-        arrays = simulator.arrays
-        infos = {
-            "reward_option": arrays.reward_option,
-            "reward_action": arrays.reward_action,
-            "outcome": arrays.outcomes,
+    def _info(self, option: NDArray[Any], action: NDArray[Any], outcome: int) -> Info:
+        """Return an info of fresh numpy numbers and arrays, which every reader of infos can stack."""
+        return {
+            "reward_option": option,
+            "reward_action": action,
+            "outcome": _OUTCOMES[outcome],
+            "is_success": _FLAGS[outcome == _SUCCESS].copy(),
+            "feasible": self._feasible.copy(),
         }
-        return arrays.observations, arrays.rewards, arrays.terminations, arrays.truncations, infos
 
 
 def gym_id(scenario_id: str) -> str:
@@ -139,10 +108,16 @@ def gym_id(scenario_id: str) -> str:
 
 
 def register_gym(scenario: Scenario) -> None:
-    """Register a scenario with Gymnasium, single and native vector: ``stop-line-v0`` as ``hhrl_envs/StopLine-v0``."""
+    """Register a scenario with Gymnasium, single and native vector: ``stop-line-v0`` as ``hhrl_envs/StopLine-v0``.
+
+    Its ``max_episode_steps`` is the horizon, at which the view itself truncates. The ``TimeLimit`` that ``make`` adds
+    changes nothing but this: ``truncated`` is True too in an episode that terminates in the very last step. The views
+    are told the limit as well, and refuse a longer scenario in place of the registered one, which it would cut.
+    """
     gymnasium.register(
         gym_id(scenario.id),
         entry_point="hhrl_envs.views.gym_env:StopLineEnv",
         vector_entry_point="hhrl_envs.views.gym_env:StopLineVectorEnv",
-        kwargs={"scenario": scenario.id},
+        max_episode_steps=scenario.horizon,
+        kwargs={"scenario": scenario.id, "max_episode_steps": scenario.horizon},
     )

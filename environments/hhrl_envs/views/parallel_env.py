@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils import seeding
 from numpy.typing import NDArray
 from pettingzoo.utils.env import ParallelEnv
-from pettingzoo.utils.wrappers import BaseParallelWrapper
 
 from hhrl_envs.errors import InputError
 from hhrl_envs.rendering.renderer import Renderer
@@ -14,21 +14,17 @@ from hhrl_envs.scenario.registry import as_learned_fronts, as_scenario
 from hhrl_envs.scenario.scenario import Scenario
 from hhrl_envs.simulation.engine.layout import ACTION_RESULTS, OPTION_RESULTS
 from hhrl_envs.simulation.simulator import Simulator
-from hhrl_envs.sub_goals import SUB_GOALS, TIMEOUT, Outcome
+from hhrl_envs.sub_goals import SUCCESS, TIMEOUT, Outcome
 from hhrl_envs.views.arguments import RENDER_MODES, as_agent, as_option, as_render_mode, as_seed, bad_agents, driver
-from hhrl_envs.views.spaces import Info, observation_space, reset_info, state_space
+from hhrl_envs.views.infos import Info, Infos, reset_info
+from hhrl_envs.views.spaces import observation_space, state_space
 
 EGO = "ego"
 
 Observations = dict[str, NDArray[np.float32]]
-Step = tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]
+Step = tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]
 
 _OUTCOMES = list(Outcome)
-_AT_RESET: Info = {
-    "reward_option": np.zeros(len(SUB_GOALS)),
-    "reward_action": np.zeros(len(SUB_GOALS)),
-    "outcome": int(Outcome.RUNNING),
-}
 
 
 class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
@@ -38,11 +34,13 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
     for the scenario's own number, which is 0 but for the scenarios that are made for it. They leave one by one. With
     ``continuous_actions`` an action is a number in [-1, 1] instead of a level; see ``hhrl_envs.views.arguments``.
 
+    A step wants an action of every live agent; those of agents that have left are not read.
+
     ``rewards`` are r^task; ``infos[agent]`` carries ``reward_option`` and ``reward_action``, float64 [K] each, one
-    entry an option, and ``outcome`` on the last step. At reset it carries the drawn profiles and whether the episode is
-    ``feasible``; with learned front vehicles that is known when the ego's episode ends. ``reset(seed=s)`` starts
-    episode 0 of seed s, ``reset()`` the next episode of the same seed. ``render_mode="human"`` shows every step in a
-    window, ten steps of 0.1 s in a second; ``"rgb_array"`` lets ``render()`` return pictures.
+    entry an option, and ``outcome`` and ``is_success`` on the last step. At reset it carries the drawn profiles and
+    whether the episode is ``feasible``; with learned front vehicles that is known when the ego's episode ends.
+    ``reset(seed=s)`` starts episode 0 of seed s, ``reset()`` the next episode of the same seed. ``render_mode="human"``
+    shows every step in a window, ten steps of 0.1 s in a second; ``"rgb_array"`` lets ``render()`` return pictures.
 
     Raises:
         InputError: a scenario, render mode, seed, agent or action that is not allowed, or a step before reset.
@@ -71,24 +69,32 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         self.agents: list[str] = []
         self._slots = {agent: slot for slot, agent in enumerate(self.possible_agents)}
         self._actions = driver(self.scenario, continuous_actions)
-        self._observation_space = observation_space(self.scenario)
+        seen, done = observation_space(self.scenario), self._actions.space
+        self.observation_spaces: dict[str, Any] = dict.fromkeys(self.possible_agents, seen)
+        self.action_spaces: dict[str, Any] = dict.fromkeys(self.possible_agents, done)
         self.state_space = state_space(self.scenario, len(self.possible_agents))
         self._own: dict[str, tuple[NDArray[Any], ...]] = {}
         self._seeded = False
+        self._np_random: np.random.Generator | None = None
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """A generator for whoever wraps this view, from the seed of the last reset; episodes draw nothing from it."""
+        if self._np_random is None:
+            self._np_random = seeding.np_random(self.simulator.key(0)[0] if self._seeded else None)[0]
+        return self._np_random
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's observation space; the same for all agents."""
-        as_agent(agent, self.possible_agents)
-        return self._observation_space
+        space: spaces.Space[Any] = self.observation_spaces[as_agent(agent, self.possible_agents)]
+        return space
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's action space; the same for all agents."""
-        as_agent(agent, self.possible_agents)
-        return self._actions.space
+        space: spaces.Space[Any] = self.action_spaces[as_agent(agent, self.possible_agents)]
+        return space
 
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Info]]:
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, Infos]:
         """Return the first observations and infos of an episode: of this seed's first one, or of the next one.
 
         The first reset without a seed draws one; an episode has no ``options``, so they are not read.
@@ -97,7 +103,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             self.simulator.next_episode()
         else:
             self.simulator.reset(np.array([as_seed(seed)], np.uint64))
-            self._seeded = True
+            self._seeded, self._np_random = True, None
         self.agents = list(self.possible_agents)
         if self._renderer is not None:
             self._renderer.reset()
@@ -107,11 +113,12 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
 
     def step(self, actions: Any) -> Step:
         """Return observations, rewards, terminations, truncations and infos of the live agents after one step."""
-        live = self.agents
-        if not live or not isinstance(actions, dict) or len(actions) != len(live):
+        live, slots, acceleration = self.agents, self._slots, self._actions.acceleration
+        if not live or not isinstance(actions, dict):
             self._refuse_step(actions)
             return {}, {}, {}, {}, {}
-        slots, acceleration = self._slots, self._actions.acceleration
+        if len(actions) != len(live) and not actions.keys() <= slots.keys():
+            raise bad_agents(actions, live)
         try:
             targets = {slots[agent]: acceleration(agent, actions[agent]) for agent in live}
         except KeyError:
@@ -121,6 +128,19 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
         if self._renderer is not None:
             self._renderer.follow()
         return collected
+
+    def step_ego(self, action: Any) -> tuple[NDArray[np.float32], float, int, NDArray[Any], NDArray[Any]]:
+        """Return observation, r^task, outcome, r^option and r^action after one step of an ego without other agents."""
+        if not self.agents:
+            self._refuse_step({EGO: action})
+        self.simulator.step_row({0: self._actions.acceleration(EGO, action)})
+        observation, results, of_option, of_action, codes = self._own[EGO]
+        outcome = codes.item(0)
+        if outcome:
+            self.agents = []
+        if self._renderer is not None:
+            self._renderer.follow()
+        return observation.copy(), results.item(0), outcome, of_option.copy(), of_action.copy()
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture of the road, uint8 [H, W, 3]; None without a render mode and where a window shows it."""
@@ -179,7 +199,7 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             if outcome:
                 self.agents = [other for other in self.agents if other != agent]
                 terminations[agent], truncations[agent] = outcome != TIMEOUT, outcome == TIMEOUT
-                info["outcome"] = _OUTCOMES[outcome]
+                info["outcome"], info["is_success"] = _OUTCOMES[outcome], outcome == SUCCESS
                 if agent == EGO:
                     info["feasible"] = bool(self.simulator.feasible[0])
         return collected
@@ -190,33 +210,3 @@ class StopLineParallelEnv(ParallelEnv[str, NDArray[np.float32], Any]):
             raise InputError("step before reset; call reset(seed=...) first")
         if not isinstance(actions, dict) or actions or self.agents:
             raise bad_agents(actions, self.agents)
-
-
-class NumericInfos(BaseParallelWrapper[str, NDArray[np.float32], Any]):
-    """Keeps the entries of infos that every step has: ``reward_option``, ``reward_action``, [K] each, and ``outcome``.
-
-    They are there at reset too, as zeros and ``Outcome.RUNNING``. It is for libraries that want infos of fixed entries
-    and shapes, as TorchRL does.
-    """
-
-    def __init__(self, env: ParallelEnv[str, NDArray[np.float32], Any]) -> None:
-        super().__init__(env)
-        self.metadata, self.possible_agents = env.metadata, env.possible_agents
-
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Info]]:
-        """Return the first observations and infos of an episode."""
-        observations, infos = super().reset(seed, options)
-        return observations, {agent: dict(_AT_RESET) for agent in infos}
-
-    def step(
-        self, actions: dict[str, Any]
-    ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
-        """Return observations, rewards, terminations, truncations and infos of the live agents after one step."""
-        observations, rewards, terminations, truncations, infos = super().step(actions)
-        numeric = {
-            agent: {name: info.get(name, nothing) for name, nothing in _AT_RESET.items()}
-            for agent, info in infos.items()
-        }
-        return observations, rewards, terminations, truncations, numeric

@@ -1,6 +1,4 @@
-"""What the PettingZoo, Gymnasium and vector views share: spaces and infos."""
-
-from typing import Any
+"""The spaces of the PettingZoo, Gymnasium and vector views."""
 
 import numpy as np
 from gymnasium import spaces
@@ -8,11 +6,8 @@ from gymnasium import spaces
 from hhrl_envs import observation as o
 from hhrl_envs.scenario.profiles import Range
 from hhrl_envs.scenario.scenario import GRAVITY, Scenario
-from hhrl_envs.simulation.simulator import Simulator
 from hhrl_envs.simulation.sub_goal_kernels import KERNELS, Motion
 from hhrl_envs.sub_goals import STATE_ORDER
-
-Info = dict[str, Any]
 
 
 def observation_space(scenario: Scenario) -> spaces.Box:
@@ -56,15 +51,3 @@ def _slide(scenario: Scenario, speed: float) -> float:
     brake = min(-vehicle.levels[0], scenario.road.friction * GRAVITY)
     reaction = 2.0 * (vehicle.lag + scenario.dt) + (vehicle.levels[-1] - vehicle.levels[0]) / vehicle.jerk_limit
     return speed * reaction + speed * speed / (2.0 * brake)
-
-
-def reset_info(simulator: Simulator, row: int) -> Info:
-    """Return a row's info at reset: front vehicles' profiles, feasibility, option mask, (seed, episode)."""
-    seed, episode = simulator.key(row)
-    return {
-        "profiles": simulator.profiles(row),
-        "feasible": bool(simulator.feasible[row]) if simulator.num_agents == 1 else None,
-        "option_mask": np.array(simulator.scenario.option_mask),
-        "seed": seed,
-        "episode": episode,
-    }

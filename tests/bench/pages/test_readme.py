@@ -11,7 +11,7 @@ from hhrl_bench.leaderboard.entry import read_entry
 from support.command_line import invoke
 
 ROOT = Path(__file__).parents[3]
-PAGES = ("README.md", "environments/README.md")
+PAGES = ("README.md", "environments/README.md", "docs/clients.md")
 COMMANDED = (
     "README.md",
     "docs/analysis.md",

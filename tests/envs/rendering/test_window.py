@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -166,3 +167,27 @@ def test_nothing_is_imported_before_it_is_needed() -> None:
     """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def quit_and_begin_anew() -> None:
+    pygame.quit()
+    pygame.init()
+
+
+@pytest.mark.parametrize("ended_by", [pygame.quit, pygame.display.quit, quit_and_begin_anew])
+def test_pictures_and_windows_outlive_what_others_do_to_pygame(ended_by: Callable[[], None]) -> None:
+    human, array = StopLineParallelEnv(render_mode="human"), StopLineParallelEnv(render_mode="rgb_array")
+    for env in (human, array):
+        env.reset(seed=3)
+    before = array.render()
+    ended_by()
+    again = array.render()
+    assert again is not None
+    assert np.array_equal(again, np.asarray(before))
+    human.step({EGO: 5})
+    array.step({EGO: 5})
+    picture = array.render()
+    assert picture is not None
+    assert np.array_equal(shown(window_of(human)), picture)
+    ended_by()
+    human.close()

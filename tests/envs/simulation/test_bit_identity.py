@@ -138,7 +138,7 @@ def test_in_the_pettingzoo_view(scenario_id: str, fronts: int) -> None:
             simulator.reset_done()
             observations, infos = env.reset()
             assert observations["ego"].tobytes() == simulator.observations.tobytes()
-            assert (infos["ego"]["seed"], infos["ego"]["episode"]) == simulator.key(0)
+            assert (infos["ego"]["seed"], infos["ego"]["episode_index"]) == simulator.key(0)
             endings += 1
     assert endings > 0
 

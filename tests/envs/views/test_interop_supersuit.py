@@ -6,7 +6,7 @@ from stable_baselines3 import PPO
 
 from hhrl_envs import SCENARIOS, triad
 from hhrl_envs.views.parallel_env import EGO
-from hhrl_envs.worlds import stop_line_v0
+from hhrl_envs.worlds import platoon_v0, stop_line_v0
 
 supersuit = pytest.importorskip("supersuit", reason="SuperSuit is not installed")
 
@@ -69,3 +69,10 @@ def test_stable_baselines_trains_on_it() -> None:
     copies = supersuit.concat_vec_envs_v1(single, 2, num_cpus=1, base_class="stable_baselines3")
     model = PPO("MlpPolicy", copies, n_steps=64, batch_size=64, n_epochs=1, device="cpu").learn(256)
     assert model.num_timesteps == 256
+
+
+def test_the_way_of_pettingzoos_tutorial() -> None:
+    env = supersuit.black_death_v3(platoon_v0.parallel_env())
+    single = supersuit.pettingzoo_env_to_vec_env_v1(env)
+    copies = supersuit.concat_vec_envs_v1(single, 2, num_cpus=1, base_class="stable_baselines3")
+    PPO("MlpPolicy", copies, n_steps=256, batch_size=256, n_epochs=1, device="cpu").learn(2048)

@@ -1,14 +1,16 @@
 """Every misuse of a view is one line that names the value and what to write instead."""
 
 import re
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 
-from hhrl_envs import InputError
+from hhrl_envs import InputError, get_scenario
 from hhrl_envs.views.gym_env import StopLineEnv, StopLineVectorEnv
 from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
 from hhrl_envs.worlds import stop_line_v0
@@ -50,10 +52,40 @@ def test_actions(action: Any) -> None:
     assert parallel.step({EGO: 5})[0][EGO] == pytest.approx(single.step(np.int64(5))[0])
 
 
-def test_a_reset_of_some_rows_alone() -> None:
-    envs = StopLineVectorEnv(2)
+def test_resets_of_some_rows_alone() -> None:
+    envs, some = StopLineVectorEnv(2), np.array([True, False])
+    refused(lambda: envs.reset(options={"reset_mask": some}), "reset_mask before the first reset; call reset(seed=...)")
     envs.reset(seed=1, options={})
-    refused(lambda: envs.reset(options={"reset_mask": np.array([True, False])}), "a 'reset_mask'; leave it out")
+    before = envs.simulator.state()
+    for wrong in ([True, False], some[:1], some.astype(int), ~some & some, np.ones((2, 1), np.bool_), "all"):
+        refused(partial(envs.reset, options={"reset_mask": wrong}), "reset_mask is ", "a numpy array of 2 truth values")
+    assert all((array == before[name]).all() for name, array in envs.simulator.state().items())
+
+
+@pytest.mark.parametrize("mode", ["same", "", None, 1, True], ids=repr)
+def test_autoreset_modes(mode: Any) -> None:
+    refused(lambda: StopLineVectorEnv(2, autoreset_mode=mode), f"autoreset_mode is {mode!r}; write an AutoresetMode or")
+
+
+def test_steps_of_rows_that_have_ended_and_do_not_begin_by_themselves() -> None:
+    envs = StopLineVectorEnv(3, autoreset_mode=AutoresetMode.DISABLED)
+    envs.reset(seed=1)
+    ended = np.zeros(3, np.bool_)
+    while not ended.any():
+        _, _, terminated, truncated, _ = envs.step(np.full(3, 5))
+        ended = terminated | truncated
+    over = np.flatnonzero(ended)
+    refused(
+        lambda: envs.step(np.full(3, 5)), f"the episode of row {over[0]} is over, as in {over.size} of 3 rows; call"
+    )
+
+
+def test_limits_that_would_cut_episodes() -> None:
+    longer = replace(get_scenario("stop-line-v0"), id="longer-v0", horizon=900)
+    said = "max_episode_steps is 600; write 900 or more, the horizon of 'longer-v0'"
+    refused(lambda: gymnasium.make("hhrl_envs/StopLine-v0", scenario=longer), said)
+    refused(lambda: gymnasium.make_vec("hhrl_envs/StopLine-v0", num_envs=2, scenario=longer), said)
+    refused(lambda: gymnasium.make_vec("hhrl_envs/StopLine-v0", num_envs=2, max_episode_steps=99), "max_episode_steps")
 
 
 @pytest.mark.parametrize("actions", [{}, {"egon": 0}, {EGO: 0, "front_1": 0}, 3, None, [0]], ids=repr)
@@ -121,8 +153,9 @@ def test_render_modes(mode: Any) -> None:
         refused(given, f"render_mode is {mode!r}; write None, 'human' or 'rgb_array'")
 
 
-def test_the_vector_view_draws_nothing() -> None:
-    refused(lambda: StopLineVectorEnv(2, render_mode="rgb_array"), "render_mode is 'rgb_array'", "a single environment")
+def test_the_vector_view_has_no_window() -> None:
+    refused(lambda: StopLineVectorEnv(2, render_mode="human"), "render_mode is 'human'", "a single environment")
+    refused(StopLineVectorEnv(2, render_mode="rgb_array").render, "no episode has begun yet; call reset first")
 
 
 @pytest.mark.parametrize("count", [0, -1, 1.5, "2", None, True], ids=repr)

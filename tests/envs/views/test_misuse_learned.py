@@ -83,7 +83,7 @@ def test_actions_of_one_agent_among_several(wrong: float) -> None:
     assert simulator.arrays.all_observations.tobytes() == clean.arrays.all_observations.tobytes()
 
 
-def test_actions_for_an_agent_that_has_left_or_is_missing() -> None:
+def test_actions_for_an_agent_that_is_missing_or_never_was_one() -> None:
     env = platoon_v0.parallel_env()
     env.reset(seed=3)
     everyone = dict.fromkeys(env.possible_agents, 5)
@@ -91,9 +91,10 @@ def test_actions_for_an_agent_that_has_left_or_is_missing() -> None:
         env.step(everyone)
     assert env.agents
     left = [agent for agent in everyone if agent not in env.agents]
+    stranger = {**everyone, "front_9": 5}
     allowed = f"write a dict with one action for each of {env.agents}"
     before = env.state()
-    refused(lambda: env.step(everyone), f"actions for {list(everyone)}", allowed)
+    refused(lambda: env.step(stranger), f"actions for {list(stranger)}", allowed)
     some = env.agents[1:]
     refused(lambda: env.step(dict.fromkeys([*some, left[0]], 5)), allowed)
     refused(lambda: env.step(dict.fromkeys(some, 5)), allowed)
@@ -127,3 +128,20 @@ def test_a_batch_of_continuous_actions_has_one_column() -> None:
 def test_continuous_actions_are_wanted_or_not(view: Callable[..., object]) -> None:
     with pytest.raises(InputError, match="continuous_actions is 'no'"):
         view(continuous_actions="no")
+
+
+def test_actions_of_agents_that_have_left_are_not_read() -> None:
+    one, all_along = platoon_v0.parallel_env(), platoon_v0.parallel_env()
+    for env in (one, all_along):
+        env.reset(seed=3)
+    steps = 0
+    while one.agents:
+        left = dict.fromkeys(set(one.possible_agents) - set(one.agents), "anything")
+        action = 4 if steps % 7 else 1
+        told = all_along.step({**dict.fromkeys(all_along.agents, action), **left})
+        expected = one.step(dict.fromkeys(one.agents, action))
+        assert told[1:4] == expected[1:4]
+        assert all((told[0][agent] == expected[0][agent]).all() for agent in expected[0])
+        steps += bool(left) + 1
+    assert steps > one.simulator.steps[0], "nobody left before the others"
+    refused(lambda: all_along.step({"ego": 0}), "the episode is over; call reset() first")

@@ -33,9 +33,11 @@ def test_all_views_tell_the_same_story(scenario: Scenario) -> None:
     single, parallel = StopLineEnv(scenario), StopLineParallelEnv(scenario, learned_fronts=0)
     batch, begun = vector.reset(seed=seed)
     alone, info = single.reset(seed=seed + 1)
-    assert all((begun[name][1] == info[name]).all() for name in ("feasible", "option_mask"))
-    assert (vector.simulator.profiles(1), *vector.simulator.key(1)) == (info["profiles"], info["seed"], info["episode"])
-    together, _ = parallel.reset(seed=seed + 1)
+    assert begun["feasible"][1] == info["feasible"]
+    together, told_at_reset = parallel.reset(seed=seed + 1)
+    world = {name: told_at_reset[EGO][name] for name in ("profiles", "seed", "episode_index")}
+    for simulator, row in ((vector.simulator, 1), (single.simulator, 0)):
+        assert (simulator.profiles(row), *simulator.key(row)) == tuple(world.values())
     assert (batch[1] == alone).all()
     assert (batch[1] == together[EGO]).all()
     over, endings = False, 0
@@ -75,8 +77,8 @@ def test_reset_without_a_seed_goes_on_to_the_next_episode() -> None:
     env = stop_line_v0.parallel_env()
     _, first = env.reset(seed=3)
     _, second = env.reset()
-    assert (first[EGO]["seed"], first[EGO]["episode"]) == (3, 0)
-    assert (second[EGO]["seed"], second[EGO]["episode"]) == (3, 1)
+    assert (first[EGO]["seed"], first[EGO]["episode_index"]) == (3, 0)
+    assert (second[EGO]["seed"], second[EGO]["episode_index"]) == (3, 1)
     fresh = stop_line_v0.parallel_env()
     assert fresh.reset()[1][EGO]["seed"] != stop_line_v0.parallel_env().reset()[1][EGO]["seed"]
 
