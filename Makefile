@@ -18,7 +18,7 @@ help:
 	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make exact      compare trajectories, decisions and trainings with those of kernels for a plain x86-64 processor"
 	@echo "make exact-arm64 compare them with those of an emulated ARM64 one; needs Debian's qemu-user-static and mmdebstrap"
-	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray"
+	@echo "make interop    train with RLlib, which pins an older Gymnasium, in .venv-ray, and with other trackers, in .venv-trackers"
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
 	@echo "make interrupts press Ctrl-C at two hundred random moments of evaluate, train and run"
@@ -59,8 +59,9 @@ exact-arm64: .venv/installed .venv-arm64/installed
 		.venv-arm64/root/usr/bin/python3 -m support.exactness > runs/exact/arm64
 	diff runs/exact/here runs/exact/arm64 && echo "equal: all $$(wc -l < runs/exact/here) digests"
 
-interop: .venv-ray/installed-interop
+interop: .venv-ray/installed-interop .venv-trackers/installed
 	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/views/test_interop_rllib.py
+	OMP_NUM_THREADS=1 .venv-trackers/bin/pytest -o filterwarnings=default tests/bench/training/test_other_trackers.py
 
 cluster: .venv-ray/installed-interop
 	.venv-ray/bin/pytest -o filterwarnings=error tests/bench/execution/test_ray_cluster.py
@@ -84,6 +85,12 @@ interrupts: .venv/installed-dev
 .venv-ray/installed-interop: pyproject.toml constraints-interop.txt
 	test -x .venv-ray/bin/python || $(PYTHON) -m venv .venv-ray
 	.venv-ray/bin/pip install --quiet --disable-pip-version-check --constraint constraints-interop.txt --editable '.[interop]'
+	touch $@
+
+.venv-trackers/installed: pyproject.toml constraints-trackers.txt
+	test -x .venv-trackers/bin/python || $(PYTHON) -m venv .venv-trackers
+	.venv-trackers/bin/pip install --quiet --disable-pip-version-check --constraint constraints-trackers.txt \
+		--editable '.[wandb,mlflow]' pytest
 	touch $@
 
 # Debian 12's Python 3.11 for ARM64, unpacked, and wheels for it; nothing of it needs root.
