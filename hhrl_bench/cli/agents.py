@@ -13,7 +13,7 @@ import typer
 
 from hhrl_bench.cli.console import announce_compiling, console, progress
 from hhrl_bench.cli.interrupts import advise
-from hhrl_bench.cli.options import AgentArgument, AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
+from hhrl_bench.cli.options import AgentsArgument, HeldOption, JsonOption, OpponentOption, TaskOption
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -62,7 +62,14 @@ def train(
     engine: Annotated[str, typer.Option(help="What computes: compiled, or torch, the reference.")] = "compiled",
     device: Annotated[str, typer.Option(help="Where torch computes, cpu or cuda.")] = "cpu",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a training that was stopped.")] = False,
-    tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write TensorBoard event files too.")] = False,
+    track: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TRACKER",
+            help="Write the curves for tensorboard, wandb (offline) or mlflow too; may be given again.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Train a method; keep each seed's best policy on validation episodes, and its last; exit code 1 if one fails."""
     from hhrl_bench.tasks.seeds import parse_seeds
@@ -80,7 +87,7 @@ def train(
     finished = resume and RunDirectory(folder).finished(plan.seeds)
     advise("the same command with --resume goes on from the last saved state")
     with progress(f"{method}, seeds {seeds}") as update:
-        for report in training.train(plan, resume=resume, tensorboard=tensorboard):
+        for report in training.train(plan, resume=resume, track=track or ()):
             update(report.env_steps, plan.env_steps, report.note)
     if finished:
         typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
@@ -146,34 +153,6 @@ def _evaluate_each(
     if not timed:
         raise failures[0]
     return timed, list(map(str, failures))
-
-
-@agents_app.command()
-def export(
-    agent: AgentArgument,
-    onnx: Annotated[Path, typer.Option("--onnx", metavar="FILE", help="The ONNX file to write.", show_default=False)],
-    task: TaskOption = "stop-line-v0",
-) -> None:
-    """Write a learned agent's networks as an ONNX file; of several training seeds, the lowest one's."""
-    from hhrl_agents.policies.learned_agent import LearnedAgent
-    from hhrl_bench.errors import AgentError
-    from hhrl_bench.evaluation.loading import load_agent
-    from hhrl_envs.errors import require
-
-    for module in ("torch", "onnx", "onnxscript", "onnxruntime"):
-        require(module, "onnx")
-    loaded = load_agent(agent, task)
-    if not isinstance(loaded, LearnedAgent):
-        raise AgentError(f"agent {agent!r} has no networks to write; name a learned one")
-    from hhrl_agents.reference.onnx import export_onnx
-
-    parity = export_onnx(loaded, onnx)
-    levels, seed = " and ".join(loaded.method.levels), loaded.metadata["seed"]
-    typer.echo(f"{onnx}: {levels} values of {loaded.method.id}, training seed {seed}")
-    typer.echo(
-        f"ONNX Runtime decides alike in {parity.equal:,} of {parity.states:,} random states ({parity.ties} ties); "
-        f"values differ by at most {parity.difference:.1e} of the larger of their size and 1"
-    )
 
 
 def _evaluate_timed(agent: str, task: "Task", episodes: int, option: "OptionName | None") -> "TimedResult":

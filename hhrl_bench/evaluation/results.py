@@ -1,7 +1,7 @@
 """Results: the runs of one agent on one task, and what they come to."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import get_args
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -63,23 +63,53 @@ def evaluate_agent(
     """Return the result of every training seed of agent ``source`` on the first ``episodes`` test episodes.
 
     ``update`` hears how many runs are done; ``store`` gets their evidence and checkpoints. Errors are those of
-    :func:`hhrl_bench.evaluation.paired_evaluation.evaluate` and :func:`hhrl_bench.evaluation.loading.load_agents`.
+    :func:`hhrl_bench.evaluate` and :func:`hhrl_bench.evaluation.loading.load_agents`.
     """
     agents = load_agents(source, get_scenario(task.scenario))
-    seeds, held = task.test.take(episodes), None if option is None else OPTIONS[option]
-    records: list[EpisodeRecords] = []
-    runs: list[RunRecord] = []
+    played: list[PlayedRun] = []
     for loaded in agents:
-        try:
-            with loaded:
-                played = play_task(loaded.agent, task, seeds, held)
-        except AgentError as error:
-            raise type(error)(f"{source}: {error}") from error
-        records.append(played.records)
-        evidence = None if store is None else _keep(store, loaded, played)
-        runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))
-        update(len(runs), len(agents), f"success {runs[-1].metrics.success:.1%}")
-    return result_record(source, agents[0].kind, task, option, runs, records)
+        with loaded:
+            played.append(play_run(source, loaded, task, episodes, option, store))
+        update(len(played), len(agents), f"success {played[-1].record.metrics.success:.1%}")
+    return result_of(source, agents[0].kind, task, option, played)
+
+
+class PlayedRun(NamedTuple):
+    """One policy's test episodes, and their record."""
+
+    record: RunRecord
+    scored: ScoredEpisodes
+
+    @property
+    def seed(self) -> int | None:
+        """The training seed; None for an agent that is not trained."""
+        return self.record.training.seed if self.record.training else None
+
+
+def play_run(
+    name: str,
+    loaded: LoadedAgent,
+    task: Task,
+    episodes: int,
+    option: OptionName | None = None,
+    store: Store | None = None,
+) -> PlayedRun:
+    """Return the first ``episodes`` test episodes of one policy of the agent ``name``; see ``evaluate_agent``."""
+    try:
+        played = play_task(loaded.agent, task, task.test.take(episodes), None if option is None else OPTIONS[option])
+    except AgentError as error:
+        raise type(error)(f"{name}: {error}") from error
+    evidence = None if store is None else _keep(store, loaded, played)
+    return PlayedRun(run_record(loaded.sha256, loaded.training, played.records, evidence), played)
+
+
+def result_of(
+    agent: str, kind: Kind, task: Task, option: OptionName | None, played: Sequence[PlayedRun]
+) -> ResultRecord:
+    """Return the result of runs that were just played."""
+    return result_record(
+        agent, kind, task, option, [run.record for run in played], [run.scored.records for run in played]
+    )
 
 
 def result_record(

@@ -11,8 +11,8 @@ import pytest
 
 import hhrl_bench
 from hhrl_agents import METHODS, RULES
+from hhrl_bench import evaluate
 from hhrl_bench.evaluation.loading import load_agent
-from hhrl_bench.evaluation.paired_evaluation import evaluate
 from hhrl_bench.evaluation.records import EvaluationRecord
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites import suites, units
@@ -90,7 +90,7 @@ def test_evaluate_prints_json_alone_on_stdout() -> None:
     record = EvaluationRecord.model_validate_json(text)
     assert record.task.episodes == 40
     assert record.provenance.command == "hhrl-bench evaluate rule-2 --task stop-line-v0 --episodes 40"
-    assert record.results[0].runs[0].episodes_sha256 == evaluate(load_agent("rule-2"), episodes=40).digest()
+    assert record.results[0].runs[0].episodes_sha256 == evaluate("rule-2", episodes=40).records.digest()
 
 
 def test_several_agents_share_one_record_and_one_table() -> None:
