@@ -1,7 +1,7 @@
 """An evaluation: agents in the same test episodes of a task, printed, framed, watched and exported."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -65,8 +65,9 @@ class Scored:
 class Evaluation(Printed):
     """Agents in the same test episodes of a task. It prints as the table that ``hhrl-bench evaluate`` prints.
 
-    ``evaluation["rule-4"]`` is the same of one agent alone, ``len(evaluation)`` the number of episodes. With a single
-    policy, the arrays of its ``records`` are attributes too: ``evaluation.outcome``, ``evaluation.steps``.
+    ``evaluation["rule-4"]`` is the same of one agent alone; iterating gives the names of the agents, ``len`` the number
+    of episodes. With a single policy, the arrays of its ``records`` are attributes too: ``evaluation.outcome``,
+    ``evaluation.steps``.
 
     Attributes:
         task: the task.
@@ -81,6 +82,9 @@ class Evaluation(Printed):
 
     def __getitem__(self, agent: str) -> "Evaluation":
         return Evaluation(self.task, self.episodes, [self._of(agent)])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.agents)
 
     def __len__(self) -> int:
         return self.episodes

@@ -58,7 +58,7 @@ def test_a_terminal_s_width_is_heeded(several: Evaluation, monkeypatch: pytest.M
 
 
 def test_one_agent_of_several_is_the_same_alone(several: Evaluation, rule_2: Evaluation) -> None:
-    assert several.agents == ("rule-2", "hybrid-hrl")
+    assert several.agents == tuple(several) == ("rule-2", "hybrid-hrl")
     assert several["rule-2"].result == rule_2.result
     assert [run.seed for run in several["hybrid-hrl"].runs] == [0, 1, 2, 3, 4]
     with pytest.raises(InputError, match=r"choose one: evaluation\['rule-2'\]"):
