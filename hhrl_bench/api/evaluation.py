@@ -30,9 +30,6 @@ from hhrl_envs.errors import InputError
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-_OF_RECORDS = ("seed", "outcome", "steps", "measured", "feasible", "outcomes")
-"""The arrays of records that are no metrics' own."""
-
 
 @dataclass(frozen=True)
 class Scored:
@@ -66,8 +63,8 @@ class Evaluation(Printed):
     """Agents in the same test episodes of a task. It prints as the table that ``hhrl-bench evaluate`` prints.
 
     ``evaluation["rule-4"]`` is the same of one agent alone; iterating gives the names of the agents, ``len`` the number
-    of episodes. With a single policy, the arrays of its ``records`` are attributes too: ``evaluation.outcome``,
-    ``evaluation.steps``.
+    of episodes. With a single policy, all that its ``records`` have is an attribute too: ``evaluation.outcome``,
+    ``evaluation.steps``, ``evaluation.digest()``.
 
     Attributes:
         task: the task.
@@ -90,9 +87,13 @@ class Evaluation(Printed):
         return self.episodes
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name not in {*_OF_RECORDS, *METRICS}:
-            raise AttributeError(f"an evaluation has no {name!r}; its records and results say what episodes came to")
-        return getattr(self.records, name)
+        if name.startswith("_"):
+            raise AttributeError(f"an evaluation has no {name!r}")
+        try:
+            records = self.records
+        except InputError as error:
+            raise AttributeError(f"an evaluation has no {name!r}: {error}") from error
+        return getattr(records, name)
 
     @property
     def results(self) -> tuple[ResultRecord, ...]:

@@ -63,7 +63,7 @@ def test_one_agent_of_several_is_the_same_alone(several: Evaluation, rule_2: Eva
     assert [run.seed for run in several["hybrid-hrl"].runs] == [0, 1, 2, 3, 4]
     with pytest.raises(InputError, match=r"choose one: evaluation\['rule-2'\]"):
         several.records  # noqa: B018
-    with pytest.raises(InputError, match="5 training seeds"):
+    with pytest.raises(AttributeError, match="5 training seeds"):
         several["hybrid-hrl"].outcome  # noqa: B018
     with pytest.raises(AgentError, match="no agent 'rule-3'; it has rule-2, hybrid-hrl"):
         several["rule-3"]
@@ -72,6 +72,7 @@ def test_one_agent_of_several_is_the_same_alone(several: Evaluation, rule_2: Eva
 def test_the_records_of_a_single_policy_are_attributes(rule_2: Evaluation) -> None:
     assert len(rule_2) == len(rule_2.outcome) == EPISODES
     assert rule_2.steps is rule_2.records.steps
+    assert rule_2.digest() == rule_2.records.digest()
     assert np.mean(rule_2.outcome == Outcome.SUCCESS) == rule_2.result.metrics.success.mean
     assert not hasattr(rule_2, "nothing")
 
