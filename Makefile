@@ -28,7 +28,7 @@ help:
 	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make exact      compare trajectories, decisions and trainings with those of kernels for a plain x86-64 processor"
 	@echo "make exact-arm64 compare them with those of an emulated ARM64 one; needs Debian's qemu-user-static and mmdebstrap"
-	@echo "make interop    train with RLlib, RL Zoo, Tianshou, skrl, BenchMARL and AgileRL, each in an environment of its own"
+	@echo "make interop    try libraries that need other versions: RLlib, RL Zoo, Tianshou, skrl, BenchMARL, AgileRL, trackers"
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
 	@echo "make lowest     try the lowest versions that are declared, in .venv-lowest"
@@ -75,8 +75,9 @@ exact-arm64: .venv/installed-bare .venv-arm64/installed
 		.venv-arm64/root/usr/bin/python3 -m support.exactness > runs/exact/arm64
 	diff runs/exact/here runs/exact/arm64 && echo "equal: all $$(wc -l < runs/exact/here) digests"
 
-interop: .venv-ray/installed-interop $(CLIENTS:%=.venv-clients/%/installed)
+interop: .venv-ray/installed-interop .venv-trackers/installed $(CLIENTS:%=.venv-clients/%/installed)
 	OMP_NUM_THREADS=1 .venv-ray/bin/pytest -o filterwarnings=error tests/envs/views/test_interop_rllib.py
+	OMP_NUM_THREADS=1 .venv-trackers/bin/pytest -o filterwarnings=default tests/bench/training/test_other_trackers.py
 	for client in $(CLIENTS); do OMP_NUM_THREADS=1 .venv-clients/$$client/bin/pytest -o filterwarnings=error \
 		tests/envs/views/test_interop_$$client.py || exit 1; done
 
@@ -148,6 +149,12 @@ $(BIN)/python:
 .venv-clients/%/installed: pyproject.toml tests/interop/%.txt
 	test -x .venv-clients/$*/bin/python || $(PYTHON) -m venv .venv-clients/$*
 	.venv-clients/$*/bin/pip install --quiet --disable-pip-version-check --requirement tests/interop/$*.txt --editable .
+	touch $@
+
+.venv-trackers/installed: pyproject.toml constraints-trackers.txt
+	test -x .venv-trackers/bin/python || $(PYTHON) -m venv .venv-trackers
+	.venv-trackers/bin/pip install --quiet --disable-pip-version-check --constraint constraints-trackers.txt \
+		--editable '.[wandb,mlflow]' pytest
 	touch $@
 
 # Debian 12's Python 3.11 for ARM64, unpacked, and wheels for it; nothing of it needs root.

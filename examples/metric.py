@@ -30,5 +30,5 @@ if __name__ == "__main__":
     import hhrl_bench
 
     for name in ("rule-4", "rule-plus"):
-        records = hhrl_bench.evaluate(hhrl_bench.load_agent(name), "stop-line-v0", episodes=100)
+        records = hhrl_bench.evaluate(name, "stop-line-v0", episodes=100).records
         print(f"{name} brakes hard in {HARD_BRAKING.values(records).mean():.1f} steps an episode")

@@ -33,8 +33,10 @@ class Careful:
 make_agent = Careful
 
 if __name__ == "__main__":
-    import hhrl_bench
-    from hhrl_envs import SCENARIOS, Outcome
+    from hhrl_bench import compare, evaluate
+    from hhrl_envs import SCENARIOS
 
-    records = hhrl_bench.evaluate(Careful(SCENARIOS["stop-line-v0"]), "stop-line-v0", episodes=100)
-    print(f"the careful agent stops in {np.mean(records.outcome == Outcome.SUCCESS):.0%} of 100 episodes")
+    evaluation = evaluate({"careful": Careful(SCENARIOS["stop-line-v0"]), "rule-plus": "rule-plus"}, episodes=100)
+    print(evaluation)
+    print(evaluation.failures())
+    print(compare(evaluation["careful"], evaluation["rule-plus"]))

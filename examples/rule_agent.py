@@ -40,8 +40,6 @@ class Patient:
 register_rule("rule-patient", Patient)
 
 if __name__ == "__main__":
-    from hhrl_bench.evaluation.paired_evaluation import evaluate
-    from hhrl_envs import SCENARIOS, Outcome
+    from hhrl_bench import evaluate
 
-    records = evaluate(Patient(SCENARIOS["stop-line-v0"]), "stop-line-v0", episodes=100)
-    print(f"rule-patient stops in {np.mean(records.outcome == Outcome.SUCCESS):.0%} of 100 episodes")
+    print(evaluate(["rule-4", "rule-patient"], "stop-line-v0", episodes=100))

@@ -5,18 +5,34 @@ TYPE_CHECKING = False  # importing typing would take longer than all until the c
 if TYPE_CHECKING:
     from typing import Any
 
+    from hhrl_bench.api.comparison import Comparison, compare
+    from hhrl_bench.api.evaluate import evaluate
+    from hhrl_bench.api.evaluation import Evaluation
     from hhrl_bench.evaluation.loading import load_agent
     from hhrl_bench.evaluation.metrics import Least, Metric, Sum, register_metric
-    from hhrl_bench.evaluation.paired_evaluation import evaluate
     from hhrl_bench.suites.suites import register_suite
 
     __version__: str
 
-__all__ = ["Least", "Metric", "Sum", "__version__", "evaluate", "load_agent", "register_metric", "register_suite"]
+__all__ = [
+    "Comparison",
+    "Evaluation",
+    "Least",
+    "Metric",
+    "Sum",
+    "__version__",
+    "compare",
+    "evaluate",
+    "load_agent",
+    "register_metric",
+    "register_suite",
+]
 
 _METRICS = "hhrl_bench.evaluation.metrics"
 _HOMES = {
-    "evaluate": "hhrl_bench.evaluation.paired_evaluation",
+    **dict.fromkeys(("Comparison", "compare"), "hhrl_bench.api.comparison"),
+    "Evaluation": "hhrl_bench.api.evaluation",
+    "evaluate": "hhrl_bench.api.evaluate",
     "load_agent": "hhrl_bench.evaluation.loading",
     "register_suite": "hhrl_bench.suites.suites",
     **dict.fromkeys(("Least", "Metric", "Sum", "register_metric"), _METRICS),

@@ -8,6 +8,9 @@ from hashlib import sha256
 NAME_WIDTH = 24
 """Letters of a line, where there is room."""
 
+PLAIN_WIDTH = 160
+"""Letters of a line that is wide enough for any table, where nobody says how wide lines are."""
+
 LONGEST_FILE_NAME = 100
 """Letters of a file's name."""
 

@@ -1,4 +1,4 @@
-"""Files are written whole or not at all.
+"""Files and folders are written whole or not at all.
 
 What a process that was killed has left of one is a *fragment*: a hidden file with a name of its own, which nothing
 reads and which the next process that writes in the folder removes once it is old.
@@ -7,8 +7,9 @@ reads and which the next process that writes in the folder removes once it is ol
 import os
 import re
 import secrets
+import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from itertools import takewhile
@@ -68,6 +69,26 @@ def _sync_folder(folder: Path) -> None:
             os.close(descriptor)
 
 
+def write_folder_atomically(path: Path, fill: Callable[[Path], None]) -> None:
+    """Make a folder under a temporary name beside ``path``, let ``fill`` write into it, then give it its name.
+
+    Raises:
+        OutputError: if it cannot be written, or something stands at ``path`` already.
+    """
+    temporary = _temporary(path)
+    try:
+        with made_folder(path.parent):
+            _sweep(path.parent)
+            temporary.mkdir()
+            fill(temporary)
+            temporary.rename(path)
+            _sync_folder(path.parent)
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
 def require_writable(path: Path) -> None:
     """Check that a file can be written at ``path``, whose folder may yet have to be made; nothing is left there.
 
@@ -122,7 +143,14 @@ def remove_fragments(folder: Path, *, of: str | None = None, older_than: float =
         for path in folder.iterdir():
             match = _FRAGMENT.fullmatch(path.name)
             if match and of in {None, match[1]} and path.stat().st_mtime <= before:
-                path.unlink()
+                _remove(path)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()
 
 
 def _temporary(path: Path) -> Path:

@@ -16,7 +16,6 @@ import typer
 from hhrl_bench.cli.console import announce_compiling, console, progress
 from hhrl_bench.cli.interrupts import advise
 from hhrl_bench.cli.options import (
-    AgentArgument,
     AgentsArgument,
     HeldOption,
     JsonOption,
@@ -30,8 +29,9 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from hhrl_bench.errors import FailedAgentError
-    from hhrl_bench.evaluation.per_episode import EpisodeFile
     from hhrl_bench.evaluation.records import EvaluationRecord, TimedResult
+    from hhrl_bench.evaluation.results import PlayedRun
+    from hhrl_bench.exports.episodes import Run
     from hhrl_bench.schema import OptionName
     from hhrl_bench.tables.table import Table as Results
     from hhrl_bench.tasks.tasks import Task
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 agents_app = typer.Typer()
 
 Rows = list[dict[str, Any]]
+Keep = Callable[[str, "Task", "PlayedRun"], object]
+"""What takes a policy of an agent that has played a task."""
 
 
 class Listed(StrEnum):
@@ -87,7 +89,14 @@ def train(
         bool,
         typer.Option("--resume", help="Go on with a training that was stopped, or has ended after fewer --env-steps."),
     ] = False,
-    tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write TensorBoard event files too.")] = False,
+    track: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TRACKER",
+            help="Write the curves for tensorboard, wandb (offline) or mlflow too; may be given again.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Train a method; keep each seed's best policy on validation episodes, and its last; exit code 1 if one fails."""
     from hhrl_bench.tasks.seeds import parse_seeds
@@ -115,7 +124,7 @@ def train(
     finished = resume and RunDirectory(folder).finished(plan.seeds) and not extends(plan, RunDirectory(folder))
     advise("the same command with --resume goes on from the last saved state")
     with progress(f"{method}, seeds {seeds}") as update:
-        for report in training.train(plan, resume=resume, extendable=True, tensorboard=tensorboard):
+        for report in training.train(plan, resume=resume, extendable=True, track=track or ()):
             update(report.env_steps, plan.env_steps, report.note)
     if finished:
         typer.echo(f"hhrl-bench: {folder} holds seeds {seeds} already, their training is finished", err=True)
@@ -134,7 +143,7 @@ def evaluate(
     per_episode: Annotated[
         Path | None,
         typer.Option(
-            "--per-episode", metavar="FILE", help="Write every episode to a .csv or .jsonl file, a line each."
+            "--per-episode", metavar="FILE", help="Write every episode to a .csv or .parquet file, a row each."
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -143,8 +152,8 @@ def evaluate(
     """Score one agent or several on the test episodes of one task or several, the same worlds for every agent."""
     from hhrl_bench.evaluation.guarded_agent import option_name
     from hhrl_bench.evaluation.loading import require_playable
-    from hhrl_bench.evaluation.per_episode import EpisodeFile
     from hhrl_bench.evaluation.results import evaluation_record, task_record
+    from hhrl_bench.exports.export import export_runs, format_of
     from hhrl_bench.tables.results import results_table
     from hhrl_bench.tasks.tasks import distinct_tasks
 
@@ -154,13 +163,16 @@ def evaluate(
     records = [task_record(one, episodes) for one in chosen]
     for one in chosen:
         require_playable(agents, one)
-    lines = None if per_episode is None else EpisodeFile(per_episode)
-    each = [_evaluate_each(agents, one, episodes, held, lines) for one in chosen]
+    if per_episode is not None:
+        _require_rows(per_episode)
+    runs: list[Run] = []
+    keep = None if per_episode is None else partial(_keep_run, runs)
+    each = [_evaluate_each(agents, one, episodes, held, keep) for one in chosen]
     failures = [failure for _, failed in each for failure in failed]
     if not any(timed for timed, _ in each):
         raise failures[0]
-    if lines is not None:
-        lines.write()
+    if per_episode is not None:
+        export_runs(runs, per_episode, format_of(per_episode))
     scored = [(name, record, timed) for name, record, (timed, _) in zip(named, records, each, strict=True) if timed]
     if as_json:
         commands = [_evaluate_command(agents, name, episodes, held, opponent) for name, _, _ in scored]
@@ -193,6 +205,21 @@ def _print_results(tables: Sequence["Results"]) -> None:
         print_table(console(), table)
 
 
+def _require_rows(path: Path) -> None:
+    """Refuse a file that cannot be written with a row for each episode, before anything is played."""
+    from hhrl_bench.exports.export import format_of, require_free
+
+    if not path.suffix:
+        raise typer.BadParameter(f"{str(path)!r} is no file of rows; write a name that ends in .csv or .parquet")
+    require_free(path, format_of(path))
+
+
+def _keep_run(runs: "list[Run]", agent: str, task: "Task", played: "PlayedRun") -> None:
+    from hhrl_bench.exports.episodes import Run
+
+    runs.append(Run(agent, played.seed, task, played.scored.trace, played.scored.records.outcome))
+
+
 def _evaluate_command(
     agents: Sequence[str], task: str, episodes: int, held: "OptionName | None", opponent: str | None
 ) -> str:
@@ -202,7 +229,7 @@ def _evaluate_command(
 
 
 def _evaluate_each(
-    agents: Sequence[str], task: "Task", episodes: int, option: "OptionName | None", lines: "EpisodeFile | None"
+    agents: Sequence[str], task: "Task", episodes: int, option: "OptionName | None", keep: "Keep | None"
 ) -> tuple[list["TimedResult"], list["FailedAgentError"]]:
     """Return the results on a task, and why users' own agents have failed that have none."""
     from hhrl_bench.errors import FailedAgentError
@@ -211,52 +238,22 @@ def _evaluate_each(
     failures: list[FailedAgentError] = []
     for agent in agents:
         try:
-            timed.append(_evaluate_timed(agent, task, episodes, option, lines))
+            timed.append(_evaluate_timed(agent, task, episodes, option, keep))
         except FailedAgentError as error:
             failures.append(error)
     return timed, failures
 
 
-@agents_app.command()
-def export(
-    agent: AgentArgument,
-    onnx: Annotated[Path, typer.Option("--onnx", metavar="FILE", help="The ONNX file to write.", show_default=False)],
-    task: TaskOption = "stop-line-v0",
-) -> None:
-    """Write a learned agent's networks as an ONNX file; of several training seeds, the lowest one's."""
-    from hhrl_agents.policies.learned_agent import LearnedAgent
-    from hhrl_bench.errors import AgentError
-    from hhrl_bench.evaluation.loading import load_agent
-    from hhrl_envs.errors import require
-
-    for module in ("torch", "onnx", "onnxscript", "onnxruntime"):
-        require(module, "onnx")
-    loaded = load_agent(agent, task)
-    if not isinstance(loaded, LearnedAgent):
-        raise AgentError(f"agent {agent!r} has no networks to write; name a learned one")
-    from hhrl_agents.reference.onnx import export_onnx
-
-    with progress(f"{agent} to {onnx.name}"):
-        parity = export_onnx(loaded, onnx)
-    levels, seed = " and ".join(loaded.method.levels), loaded.metadata["seed"]
-    typer.echo(f"{onnx}: {levels} values of {loaded.method.id}, training seed {seed}")
-    typer.echo(
-        f"ONNX Runtime decides alike in {parity.equal:,} of {parity.states:,} random states ({parity.ties} ties); "
-        f"values differ by at most {parity.difference:.1e} of the larger of their size and 1"
-    )
-
-
 def _evaluate_timed(
-    agent: str, task: "Task", episodes: int, option: "OptionName | None", lines: "EpisodeFile | None"
+    agent: str, task: "Task", episodes: int, option: "OptionName | None", keep: "Keep | None"
 ) -> "TimedResult":
     from hhrl_bench.evaluation.records import TimedResult
-    from hhrl_bench.evaluation.results import evaluate_agent, silent
+    from hhrl_bench.evaluation.results import evaluate_agent
     from hhrl_bench.tasks.seeds import MAX_TRAINING_SEED
 
     started = time.perf_counter()
     with progress(f"{agent} on {task.id}") as update:
-        keep = silent if lines is None else partial(lines.add, agent, task)
-        result = evaluate_agent(agent, task, episodes, option, update, None, keep)
+        result = evaluate_agent(agent, task, episodes, option, update, None, keep and partial(keep, agent, task))
     _say_failed(Path(agent), range(MAX_TRAINING_SEED + 1))
     return TimedResult(result=result, seconds=time.perf_counter() - started)
 

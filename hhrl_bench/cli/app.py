@@ -8,6 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from hhrl_bench.cli.agents import agents_app
+from hhrl_bench.cli.export import export_app
 from hhrl_bench.cli.interrupts import INTERRUPTED, advise, say_interrupted, was_interrupted
 from hhrl_bench.cli.leaderboard import leaderboard_app
 from hhrl_bench.cli.once import GivenOnce, require_once
@@ -84,6 +85,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(agents_app)
+app.add_typer(export_app)
 app.add_typer(paper_app)
 app.add_typer(suites_app)
 app.add_typer(pictures_app)

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from hhrl_bench.evaluation.results import Update
 
-PLAIN_WIDTH = 160
-
 LINE_INTERVAL = 10.0
 """Seconds between two plain lines of progress that have nothing else to say."""
 
@@ -23,6 +21,8 @@ LINE_INTERVAL = 10.0
 def console() -> "Console":
     """Return the console of stdout; wide enough for any table where that is no terminal and COLUMNS is not set."""
     from rich.console import Console
+
+    from hhrl_bench.text import PLAIN_WIDTH
 
     console = Console(markup=False, emoji=False)  # names are text, whatever brackets and colons they hold
     if not console.is_terminal and "COLUMNS" not in os.environ:

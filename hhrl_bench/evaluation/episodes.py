@@ -118,7 +118,7 @@ class Totals:
         """Return the records of the rollout's episodes, which are over."""
         seeds, simulator = self._rollout.seeds, self._rollout.simulator
         own = simulator.agent_outcomes.reshape(len(seeds), -1)[:, list(self._rollout.slots)]
-        ended = (seeds.copy(), _worst(own), simulator.steps.astype(np.int32), self._totals)
+        ended = (seeds.copy(), worst_outcome(own), simulator.steps.astype(np.int32), self._totals)
         if not simulator.scenario.learned_fronts:
             return EpisodeRecords(*ended)
         return TrafficRecords(*ended, feasible=simulator.feasible, outcomes=simulator.agent_outcomes)
@@ -127,7 +127,7 @@ class Totals:
 _BY_WEIGHT = np.array([Outcome.COLLISION, Outcome.NOT_STOP, Outcome.REAR_ENDED, Outcome.TIMEOUT, Outcome.FOILED])
 
 
-def _worst(outcomes: Codes) -> Codes:
+def worst_outcome(outcomes: Codes) -> Codes:
     """Return the outcome that counts for vehicles with these, int8 [N], [N, slots]: SUCCESS if all have succeeded."""
     found = (outcomes[:, None, :] == _BY_WEIGHT[:, None]).any(axis=2)
     worst = np.where(found.any(axis=1), _BY_WEIGHT[found.argmax(axis=1)], Outcome.SUCCESS)

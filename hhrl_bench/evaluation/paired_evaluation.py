@@ -21,7 +21,7 @@ from hhrl_bench.evaluation.guarded_agent import GuardedAgent
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
 from hhrl_bench.evaluation.metrics import Metric
 from hhrl_bench.evaluation.rollout import Rollout
-from hhrl_bench.tasks.tasks import AnyTask, Task, get_task
+from hhrl_bench.tasks.tasks import Task
 from hhrl_envs import Option, Scenario, get_scenario
 from hhrl_envs.arrays import Keys
 
@@ -35,24 +35,6 @@ class ScoredEpisodes(NamedTuple):
     trace: Trace
 
 
-def evaluate(
-    agent: Agent, task: AnyTask = "stop-line-v0", episodes: int = 1000, option: Option | None = None
-) -> EpisodeRecords:
-    """Return the records of the first ``episodes`` test episodes, equal digit for digit on every call.
-
-    Args:
-        agent: the agent to score; see :class:`hhrl_agents.Agent`.
-        task: what names a task; see :func:`hhrl_bench.tasks.tasks.get_task`.
-        episodes: how many test episodes, at least 1.
-        option: hold this option fixed in place of the agent's own choice.
-
-    Raises:
-        InputError: for an unknown task, an impossible number of episodes, or an agent that answers nonsense.
-    """
-    task = get_task(task)
-    return play_task(agent, task, task.test.take(episodes), option).records
-
-
 def play_task(
     agent: Agent,
     task: Task,
@@ -63,6 +45,9 @@ def play_task(
     """Return episode 0 of each world in ``seeds`` uint64 [N], with the vehicles driven as the task is scored.
 
     ``ended`` hears how many episodes have ended, batch by batch.
+
+    Raises:
+        InputError: for an agent that answers nonsense, or a flat one whose ``option`` is to be held.
     """
     return play(agent, get_scenario(task.scenario), seeds, option, drivers=evaluation_drivers(task), ended=ended)
 

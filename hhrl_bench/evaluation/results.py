@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import get_args
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -60,32 +60,68 @@ def evaluate_agent(
     option: OptionName | None = None,
     update: Update = silent,
     store: Store | None = None,
-    played_by: Callable[[int | None, ScoredEpisodes], object] = silent,
+    played_by: "Callable[[PlayedRun], object] | None" = None,
 ) -> ResultRecord:
     """Return the result of every training seed of agent ``source`` on the first ``episodes`` test episodes.
 
-    ``update`` hears how many episodes of all runs have ended; ``store`` gets the runs' evidence and checkpoints, and
-    ``played_by`` their training seeds, None without one, and episodes. Errors are those of
-    :func:`hhrl_bench.evaluation.paired_evaluation.evaluate` and :func:`hhrl_bench.evaluation.loading.load_agents`.
+    ``update`` hears how many episodes of all runs have ended; ``store`` gets the runs' evidence and checkpoints,
+    ``played_by`` each run. Errors are those of :func:`hhrl_bench.evaluate` and
+    :func:`hhrl_bench.evaluation.loading.load_agents`.
     """
     agents = load_agents(source, get_scenario(task.scenario))
-    seeds, held = task.test.take(episodes), None if option is None else OPTIONS[option]
-    records: list[EpisodeRecords] = []
-    runs: list[RunRecord] = []
-    total = len(agents) * episodes
+    played: list[PlayedRun] = []
     for loaded in agents:
-        before = len(runs) * episodes
-        try:
-            with loaded:
-                played = play_task(loaded.agent, task, seeds, held, partial(_ended, update, before, total))
-        except AgentError as error:
-            raise type(error)(f"{source}: {error}") from error
-        records.append(played.records)
-        evidence = None if store is None else _keep(store, loaded, played)
-        runs.append(run_record(loaded.sha256, loaded.training, played.records, evidence))
-        played_by(loaded.training.seed if loaded.training else None, played)
-        update(before + episodes, total, f"success {runs[-1].metrics.success:.1%}")
-    return result_record(source, agents[0].kind, task, option, runs, records)
+        before, total = len(played) * episodes, len(agents) * episodes
+        with loaded:
+            ended = partial(_ended, update, before, total)
+            played.append(play_run(source, loaded, task, episodes, option, store, ended))
+        if played_by is not None:
+            played_by(played[-1])
+        update(before + episodes, total, f"success {played[-1].record.metrics.success:.1%}")
+    return result_of(source, agents[0].kind, task, option, played)
+
+
+class PlayedRun(NamedTuple):
+    """One policy's test episodes, and their record."""
+
+    record: RunRecord
+    scored: ScoredEpisodes
+
+    @property
+    def seed(self) -> int | None:
+        """The training seed; None for an agent that is not trained."""
+        return self.record.training.seed if self.record.training else None
+
+
+def play_run(
+    name: str,
+    loaded: LoadedAgent,
+    task: Task,
+    episodes: int,
+    option: OptionName | None = None,
+    store: Store | None = None,
+    ended: Callable[[int], object] | None = None,
+) -> PlayedRun:
+    """Return the first ``episodes`` test episodes of one policy of the agent ``name``; see ``evaluate_agent``.
+
+    ``ended`` hears how many of them have ended.
+    """
+    seeds, held = task.test.take(episodes), None if option is None else OPTIONS[option]
+    try:
+        played = play_task(loaded.agent, task, seeds, held, ended)
+    except AgentError as error:
+        raise type(error)(f"{name}: {error}") from error
+    evidence = None if store is None else _keep(store, loaded, played)
+    return PlayedRun(run_record(loaded.sha256, loaded.training, played.records, evidence), played)
+
+
+def result_of(
+    agent: str, kind: Kind, task: Task, option: OptionName | None, played: Sequence[PlayedRun]
+) -> ResultRecord:
+    """Return the result of runs that were just played."""
+    return result_record(
+        agent, kind, task, option, [run.record for run in played], [run.scored.records for run in played]
+    )
 
 
 def _ended(update: Update, before: int, total: int, count: int) -> None:

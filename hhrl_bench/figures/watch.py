@@ -10,7 +10,6 @@ import numpy as np
 
 from hhrl_agents import Agent
 from hhrl_agents.atomic_files import OutputError, require_writable, write_atomically
-from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.decisions import Trace, episodes_of, recordings
 from hhrl_bench.evaluation.evidence import read_evidence
 from hhrl_bench.evaluation.paired_evaluation import evaluation_slots, rollout_of_episode
@@ -91,6 +90,13 @@ def artist(path: Path) -> Callable[[Sequence[Snapshot], Update], bytes]:
     return filmstrip.gif if path.suffix.lower() == ".gif" else filmstrip.png
 
 
+def replayed(task: Task, episode: int, trace: Trace, update: Update = silent) -> list[Snapshot]:
+    """Return every snapshot of a test episode, given the trace of that episode alone."""
+    agent, drivers = recordings(trace, evaluation_slots(task))
+    seeds = task.test.take(1, offset=episode)
+    return snapshots_of(Rollout(agent, get_scenario(task.scenario), seeds, drivers=drivers), 0, update)
+
+
 class Failure(NamedTuple):
     """A test episode that did not succeed: of which training seed, None without one, and what was decided in it."""
 
@@ -110,11 +116,7 @@ def failures(board: LeaderboardRecord, store: Store, agent: str, task: str) -> I
     Raises:
         RecordError: if the entry has no such result, or its evidence is missing or damaged.
     """
-    found = [result for result in board.results if (result.agent, result.task) == (agent, task)]
-    if not found:
-        known = ", ".join(f"{result.agent} on {result.task}" for result in board.results)
-        raise RecordError(f"the entry has no {agent} on {task}; it has {known}")
-    for run in found[0].runs:
+    for run in board.find(agent, task).runs:
         evidence = read_evidence(run, store)
         for episode in np.flatnonzero(evidence.outcome != Outcome.SUCCESS):
             seed = run.training.seed if run.training else None
@@ -132,8 +134,6 @@ def film_failures(
     draw, chosen = artist(out), get_task(task)
     require_writable(out)
     for failure in islice(failures(board, store, agent, chosen.id), count):
-        recording, drivers = recordings(failure.trace, evaluation_slots(chosen))
-        seeds = chosen.test.take(1, offset=failure.episode)
-        snapshots = snapshots_of(Rollout(recording, get_scenario(chosen.scenario), seeds, drivers=drivers), 0, update)
+        snapshots = replayed(chosen, failure.episode, failure.trace, update)
         write_atomically(failure.name(out), draw(snapshots, update))
         yield failure.name(out), snapshots[-1].outcome

@@ -14,7 +14,14 @@ from pydantic import model_validator
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.schema import Finite, Name, Positive, Rate, Record, finite
-from hhrl_bench.statistics.intervals import CONFIDENCE, RESAMPLES, IntervalKind, bootstrap_mean, weighted_sums
+from hhrl_bench.statistics.intervals import (
+    CONFIDENCE,
+    RESAMPLES,
+    IntervalKind,
+    bootstrap_mean,
+    generator,
+    weighted_sums,
+)
 from hhrl_envs.arrays import Floats, Ints
 
 
@@ -89,6 +96,14 @@ def compare(a: Runs, b: Runs, task: str, metric: str, rng: np.random.Generator) 
         difference=_over_runs(x, y, rng) if several else _over_worlds(a.values[0] - b.values[0], rng),
         probability_more=_probability_more(x, y, rng) if several and known else None,
     )
+
+
+def draws(agent: str, other: str, task: str, metric: str) -> np.random.Generator:
+    """Return the generator of a comparison's resamples, the same wherever these two are compared.
+
+    Success adds nothing to its key: it was what agents were compared by alone.
+    """
+    return generator(f"{agent} {other} {task}" + ("" if metric == "success" else f" {metric}"))
 
 
 def against(reference: str, comparisons: Iterable[PairwiseRecord]) -> list[PairwiseRecord]:

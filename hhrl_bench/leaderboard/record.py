@@ -12,7 +12,7 @@ from hhrl_bench.evaluation.evidence import read_evidence
 from hhrl_bench.evaluation.metrics import Metric, compared
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
 from hhrl_bench.evaluation.store import Store
-from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare
+from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare, draws
 from hhrl_bench.leaderboard.efficiency import EfficiencyRecord, efficiency
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.schema import FIRST, MAX_RESULTS, Count, Name, Rate, Record, Sha256, Stem, first_problem
@@ -75,6 +75,18 @@ class LeaderboardRecord(Record):
         """Return the results on a task, in their order."""
         return [result for result in self.results if result.task == task.id]
 
+    def find(self, agent: str, task: str) -> ResultRecord:
+        """Return the result of an agent on a task.
+
+        Raises:
+            RecordError: if there is none.
+        """
+        for result in self.results:
+            if (result.agent, result.task) == (agent, task):
+                return result
+        known = ", ".join(f"{result.agent} on {result.task}" for result in self.results)
+        raise RecordError(f"the entry has no {agent} on {task}; it has {known}")
+
     @model_validator(mode="after")
     def _all_are_of_known_tasks_and_unique(self) -> Self:
         ids = [task.id for task in self.tasks]
@@ -131,8 +143,8 @@ def _comparisons(results: Sequence[ResultRecord], store: Store) -> Iterator[Pair
     for (result, a), (other, b) in combinations(zip(results, runs, strict=True), 2):
         if result.task == other.task:
             for metric in metrics:
-                draws = generator(f"{result.agent} {other.agent} {result.task}{_suffix(metric)}")
-                yield compare(a[metric.key], b[metric.key], result.task, metric.key, draws)
+                rng = draws(result.agent, other.agent, result.task, metric.key)
+                yield compare(a[metric.key], b[metric.key], result.task, metric.key, rng)
 
 
 def _runs(result: ResultRecord, metrics: Sequence[Metric], store: Store) -> dict[str, Runs]:
@@ -143,11 +155,6 @@ def _runs(result: ResultRecord, metrics: Sequence[Metric], store: Store) -> dict
         for metric in metrics:
             values[metric.key].append(metric.values(evidence))
     return {key: Runs(result.agent, of_runs) for key, of_runs in values.items()}
-
-
-def _suffix(metric: Metric) -> str:
-    """Return what tells the draws of a metric from those of others; success has none, as it was there alone."""
-    return "" if metric.key == "success" else f" {metric.key}"
 
 
 def method_records(metadata: Iterable[Mapping[str, Any]]) -> tuple[MethodRecord, ...]:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from math import isfinite, isnan, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -32,12 +32,10 @@ from hhrl_bench.training.extension import extend, extends
 from hhrl_bench.training.reuse import Reuse
 from hhrl_bench.training.run_directory import RunDirectory
 from hhrl_bench.training.saved_state import ReportRow, SeedRun, StateFile, TrainingState
+from hhrl_bench.training.trackers import TRACKERS, Tracker, require_trackers
 from hhrl_envs import Outcome, get_scenario
 from hhrl_envs.arrays import Keys
 from hhrl_envs.errors import require, require_value
-
-if TYPE_CHECKING:
-    from hhrl_bench.training.tensorboard import EventFiles
 
 VALIDATION_EPISODES = 256
 PATIENCE = 1.0
@@ -146,7 +144,7 @@ def train(
     *,
     resume: bool = False,
     extendable: bool = False,
-    tensorboard: bool = False,
+    track: Sequence[str] = (),
     patience: float = PATIENCE,
 ) -> Iterator[Report]:
     """Yield the reports of a training; at its end the run directory holds the checkpoints.
@@ -157,7 +155,7 @@ def train(
             more reports.
         extendable: leave the state of every seed behind, and, with ``resume``, go on from those of a finished training
             of fewer steps; see :mod:`hhrl_bench.training.extension`.
-        tensorboard: write event files too.
+        track: names of the trackers that get the curves too; see :data:`hhrl_bench.training.trackers.TRACKERS`.
         patience: seconds for which another training of one of the seeds, in the same folder, may still be at work.
 
     Raises:
@@ -165,8 +163,7 @@ def train(
             cannot be resumed, or another process trains one of the seeds there.
     """
     directory = RunDirectory(plan.folder)
-    if tensorboard:
-        require("tensorboard", "tensorboard")
+    require_trackers(track)
     longer = resume and extendable and extends(plan, directory)
     if resume and not longer and directory.finished(plan.seeds):
         directory.require_config(plan.config())
@@ -178,7 +175,7 @@ def train(
         if resume and directory.finished(plan.seeds):  # by the training that was waited for
             return
         directory.prepare(plan.config(), plan.seeds, resume=resume)
-        yield from training.run(tensorboard=tensorboard)
+        yield from training.run(track)
 
 
 class _Training:
@@ -192,7 +189,7 @@ class _Training:
         self._state_path = directory.state(plan.seeds)
         self._file = StateFile(self._state_path, plan.config())
         self._started = time.perf_counter()
-        self._events: EventFiles | None = None
+        self._trackers: list[Tracker] = []
 
     def _learner(self, seed: int) -> Learner:
         plan = self._plan
@@ -206,14 +203,11 @@ class _Training:
 
         return TorchLearner(*arguments, device=plan.device)
 
-    def run(self, *, tensorboard: bool) -> Iterator[Report]:
+    def run(self, track: Sequence[str]) -> Iterator[Report]:
         if self._state_path.exists():
             self._resume()
         self._file.save_if_due(self._state)
-        if tensorboard:
-            from hhrl_bench.training.tensorboard import EventFiles  # noqa: PLC0415
-
-            self._events = EventFiles(self._directory.folder, self._runs)
+        self._trackers += [TRACKERS[name](self._directory.folder, self._runs, self._plan.config()) for name in track]
         with _side_by_side(self._learners) as each:
             if not self._runs[0].curve:
                 yield self._report([self._validated(index, _NOTHING_YET) for index in range(len(self._runs))])
@@ -263,8 +257,8 @@ class _Training:
             else:
                 self._keep(run, row, policy)
             self._directory.write_curve(run.seed, run.curve)
-            if self._events:
-                self._events.add(run.seed, run.curve[-1])
+            for tracker in self._trackers:
+                tracker.add(run.seed, run.curve[-1])
         self._file.save_if_due(self._state)
         return Report(reports[0].row["env_steps"], tuple(map(_success, self._runs)))
 
@@ -293,8 +287,8 @@ class _Training:
             if self._extendable and (state := learner.state()) is not None:
                 learned = TrainingState(prefixed({str(run.seed): state}), [run], elapsed)
                 StateFile(self._directory.end_state(run.seed), plan.config()).save(learned)
-        if self._events:
-            self._events.close()
+        for tracker in self._trackers:
+            tracker.close()
         self._state_path.unlink()
 
     def _date_best(self, run: SeedRun) -> None:

@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hhrl_agents import METHODS, RULES
-from hhrl_agents.training.drivers import Drivers
 from hhrl_bench.errors import AgentError, RecordError
-from hhrl_bench.evaluation.decisions import Trace, episodes_of, recording
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.evaluation.evidence import Evidence, unpack
 from hhrl_bench.evaluation.loading import training_record
 from hhrl_bench.evaluation.metrics import Metric, means
-from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, evaluation_drivers, play
+from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
 from hhrl_bench.evaluation.records import MetricsRecord, ResultRecord, RunMetricsRecord, RunRecord, TaskRecord
+from hhrl_bench.evaluation.replay import replay
 from hhrl_bench.evaluation.results import (
     count_traffic,
     over_episodes,
@@ -31,7 +30,7 @@ from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import Record
 from hhrl_bench.tasks.tasks import SCRIPTED, Task, registered_task
 from hhrl_bench.verification.identity import playable
-from hhrl_envs import Option, Scenario, get_scenario
+from hhrl_envs import get_scenario
 from hhrl_envs.arrays import Keys
 
 
@@ -235,33 +234,3 @@ def _differ(place: str, published: Record | None, found: Record | None) -> Itera
         return record.model_dump() if record else None
 
     return differences(place, plain(published), plain(found))
-
-
-def replay(evidence: Sequence[Evidence], task: Task, seeds: Keys) -> list[ScoredEpisodes]:
-    """Return each policy's episodes in the worlds ``seeds`` uint64 [N], run again from its decisions, side by side.
-
-    Who else drives in the task decides again for itself, whatever the traces say.
-
-    Raises:
-        RecordError: if the traces cannot be those of such episodes.
-    """
-    scenario, drivers = get_scenario(task.scenario), evaluation_drivers(task)
-    for one in evidence:
-        _require_fit(one.trace, drivers, len(seeds), scenario)
-    traces = [one.trace for one in evidence]
-    trace = Trace(*(np.concatenate(arrays) for arrays in zip(*traces, strict=True)))
-    worlds = np.tile(seeds, len(traces))
-    played = play(recording(trace, drivers.slots), scenario, worlds, rows=len(worlds), drivers=drivers)
-    parts = [slice(begin, begin + len(seeds)) for begin in range(0, len(worlds), len(seeds))]
-    return [ScoredEpisodes(played.records.part(part), episodes_of(played.trace, part)) for part in parts]
-
-
-def _require_fit(trace: Trace, drivers: Drivers, episodes: int, scenario: Scenario) -> None:
-    own, driven = len(drivers.slots), len(drivers.slots) + len(drivers.others)
-    if len(trace.steps) != episodes:
-        raise RecordError(f"the trace has {len(trace.steps)} episodes, not {episodes}")
-    if trace.options.shape[1] != own or trace.actions.shape[1] != driven:
-        raise RecordError(f"the trace drives {trace.actions.shape[1]} vehicles, in this task agents drive {driven}")
-    known = bool((trace.options >= -1).all() and (trace.options < len(Option)).all())
-    if not known or trace.actions.min() < 0 or trace.actions.max() >= scenario.num_actions:
-        raise RecordError("the trace holds an option or action that this scenario does not have")

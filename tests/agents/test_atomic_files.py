@@ -13,6 +13,7 @@ from hhrl_agents.atomic_files import (
     remove_fragments,
     require_writable,
     write_atomically,
+    write_folder_atomically,
 )
 
 
@@ -130,3 +131,28 @@ def test_who_alone_writes_a_file_may_remove_its_fragments_at_once(tmp_path: Path
     assert names(tmp_path) == [".b.0123abcd.hhrl.tmp", "a"]
     remove_fragments(tmp_path)
     assert names(tmp_path) == ["a"]
+
+
+def test_a_folder_is_there_whole_or_not_at_all(tmp_path: Path) -> None:
+    def fill(folder: Path) -> None:
+        (folder / "inside").mkdir()
+        (folder / "inside" / "file").write_text("content")
+
+    def fail(folder: Path) -> None:
+        fill(folder)
+        raise ZeroDivisionError
+
+    write_folder_atomically(tmp_path / "new" / "made", fill)
+    assert (tmp_path / "new" / "made" / "inside" / "file").read_text() == "content"
+    with pytest.raises(OutputError, match="cannot write"):
+        write_folder_atomically(tmp_path / "new" / "made", fill)
+    with pytest.raises(ZeroDivisionError):
+        write_folder_atomically(tmp_path / "new" / "other", fail)
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["made"]
+
+
+def test_what_a_kill_has_left_of_a_folder_is_removed(tmp_path: Path) -> None:
+    left = tmp_path / ".made.0123abcd.hhrl.tmp"
+    (left / "inside").mkdir(parents=True)
+    remove_fragments(tmp_path)
+    assert not left.exists()

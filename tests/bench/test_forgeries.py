@@ -23,6 +23,7 @@ from hhrl_agents.policies import checkpoints
 from hhrl_agents.policies.learned_agent import make_agent
 from hhrl_bench.evaluation.decisions import Trace
 from hhrl_bench.evaluation.evidence import Evidence, unpack
+from hhrl_bench.evaluation.replay import replay
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.level import Level
@@ -39,7 +40,6 @@ from hhrl_bench.schema import sha256_of
 from hhrl_bench.suites import suites
 from hhrl_bench.suites.suites import ScoreSuite, TrainingSuite
 from hhrl_bench.tasks.tasks import get_task
-from hhrl_bench.verification.checked_result import replay
 from hhrl_bench.verification.verify import verify
 from hhrl_envs.errors import InputError
 from support import small_board

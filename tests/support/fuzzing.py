@@ -28,6 +28,7 @@ from hhrl_agents.policies.checkpoint_file import METADATA_KEY, SHIPPED, read_met
 from hhrl_bench import provenance
 from hhrl_bench.evaluation.evidence import unpack
 from hhrl_bench.evaluation.loading import load_agents, training_record
+from hhrl_bench.evaluation.replay import replay
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.entry import check_spelling, read_entry
 from hhrl_bench.leaderboard.entry_files import INDEX
@@ -41,7 +42,6 @@ from hhrl_bench.training import saved_state
 from hhrl_bench.training import train as training
 from hhrl_bench.training.learning_curves import read_outcomes
 from hhrl_bench.training.run_directory import RunDirectory, failed_seeds
-from hhrl_bench.verification.checked_result import replay
 from hhrl_bench.verification.verify import verify
 from hhrl_envs import get_scenario, read_scenario, scenario_from_json, scenario_to_json
 from hhrl_envs.errors import InputError

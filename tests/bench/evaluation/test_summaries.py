@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES
+from hhrl_bench import evaluate
 from hhrl_bench.evaluation.metrics import METRICS
-from hhrl_bench.evaluation.paired_evaluation import evaluate
 from hhrl_bench.evaluation.records import RunMetricsRecord, metric_record
 from hhrl_bench.evaluation.results import over_episodes, run_record, summarise
 from hhrl_bench.statistics.intervals import bootstrap_mean, generator
 from hhrl_envs import get_scenario
 
 SCENARIO = get_scenario("stop-line-v0")
-RECORDS = [evaluate(RULES[rule](SCENARIO), episodes=25) for rule in ("rule-2", "rule-3", "rule-4")]
+RECORDS = [evaluate(RULES[rule](SCENARIO), episodes=25).records for rule in ("rule-2", "rule-3", "rule-4")]
 RUNS = [run_record(None, None, records, None).metrics for records in RECORDS]
 
 

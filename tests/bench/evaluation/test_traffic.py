@@ -11,10 +11,11 @@ pytest.importorskip("torch")
 from hhrl_agents import RULES
 from hhrl_agents.policies import checkpoints
 from hhrl_agents.training.drivers import Drivers
+from hhrl_bench import evaluate
 from hhrl_bench.errors import UnknownTaskError
 from hhrl_bench.evaluation.episodes import TrafficRecords
 from hhrl_bench.evaluation.loading import load_agent
-from hhrl_bench.evaluation.paired_evaluation import evaluate, evaluation_drivers, load_opponent, play, training_drivers
+from hhrl_bench.evaluation.paired_evaluation import evaluation_drivers, load_opponent, play, training_drivers
 from hhrl_bench.evaluation.records import EvaluationRecord
 from hhrl_bench.evaluation.results import count_traffic, summarise_traffic
 from hhrl_bench.figures.watch import record
@@ -31,7 +32,7 @@ EPISODES = 40
 
 def traffic_records(agent: str, task: str, opponent: str | None = None) -> TrafficRecords:
     chosen = get_task(task).against(opponent)
-    records = evaluate(load_agent(agent, chosen), chosen, EPISODES)
+    records = evaluate(load_agent(agent, chosen), chosen, EPISODES).records
     assert isinstance(records, TrafficRecords)
     return records
 
@@ -97,7 +98,7 @@ def test_counts_and_shares_are_those_of_the_records() -> None:
 
 
 def test_nothing_is_counted_where_the_ego_is_alone_and_nothing_feasible_is_null() -> None:
-    alone = evaluate(load_agent("rule-4"), "stop-line-v0", 5)
+    alone = evaluate("rule-4", "stop-line-v0", 5).records
     assert count_traffic(alone) is None
     assert summarise_traffic([alone]) is None
     records = traffic_records("rule-4", "adversary-v0", "rule-1")
@@ -111,7 +112,7 @@ def test_nothing_is_counted_where_the_ego_is_alone_and_nothing_feasible_is_null(
 def test_a_film_shows_the_evaluated_episode(task: str) -> None:
     agent, chosen, index = load_agent("rule-4", task), get_task(task), 3
     snapshots = record(agent, chosen, index)
-    records = evaluate(agent, chosen, 10)
+    records = evaluate(agent, chosen, 10).records
     assert isinstance(records, TrafficRecords)
     assert snapshots[-1].outcome == records.outcomes[index, 0]
     assert len(snapshots) - 1 == records.steps[index]

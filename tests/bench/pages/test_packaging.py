@@ -17,6 +17,7 @@ from packaging.utils import canonicalize_name
 
 from support.distribution import PROJECT, ROOT, constraints, dependencies
 
+UNTESTED = {"ray", "wandb", "mlflow"}  # beside these versions; make interop tests them beside others
 PACKAGES = ("hhrl_bench", "environments/hhrl_envs", "agents/hhrl_agents")
 
 

@@ -47,7 +47,8 @@ def commands() -> list[str]:
 
 
 @pytest.mark.parametrize(("page", "code"), [(page, code) for page in PAGES for code in blocks(page, "python")])
-def test_python_blocks_run(page: str, code: str) -> None:
+def test_python_blocks_run(page: str, code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     exec(compile(code, page, "exec"), {"__name__": "documentation"})
 
 

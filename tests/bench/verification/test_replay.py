@@ -12,8 +12,8 @@ from hhrl_bench.evaluation.episodes import EpisodeRecords
 from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
 from hhrl_bench.evaluation.loading import load_agent
 from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, play_task
+from hhrl_bench.evaluation.replay import replay
 from hhrl_bench.tasks.tasks import TASKS, Task, get_task
-from hhrl_bench.verification.checked_result import replay
 from hhrl_envs import Option, get_scenario
 
 EPISODES = 5

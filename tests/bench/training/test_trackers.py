@@ -1,4 +1,4 @@
-"""Event files, read back with TensorBoard's own reader."""
+"""Trackers: the curves, read back with the trackers' own readers."""
 
 import importlib.util
 import json
@@ -14,7 +14,7 @@ pytest.importorskip("tensorboard")
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from hhrl_bench.training import train as training
-from hhrl_bench.training.tensorboard import scalars
+from hhrl_bench.training.trackers import scalars
 from hhrl_envs import errors
 from support.command_line import invoke
 from support.small_training import plan, small_methods
@@ -33,11 +33,11 @@ def read(folder: Path, seed: int) -> EventAccumulator:
 
 
 def test_a_resumed_training_s_events_are_its_curves_once(tmp_path: Path) -> None:
-    reports = training.train(plan(tmp_path, method="hybrid-hrl"), tensorboard=True)
+    reports = training.train(plan(tmp_path, method="hybrid-hrl"), track=["tensorboard"])
     next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
     time.sleep(1.1)  # event files are ordered by the second they begin in
-    list(training.train(plan(tmp_path, method="hybrid-hrl"), resume=True, tensorboard=True))
+    list(training.train(plan(tmp_path, method="hybrid-hrl"), resume=True, track=["tensorboard"]))
     for seed in (0, 2):
         events = read(tmp_path, seed)
         rows = [json.loads(line) for line in (tmp_path / f"curve-seed-{seed}.jsonl").read_text().splitlines()]
@@ -68,7 +68,12 @@ def test_a_row_s_numbers_have_tags_and_missing_ones_none() -> None:
 
 @pytest.mark.parametrize(
     ("missing", "extra", "words"),
-    [("tensorboard", "tensorboard", ["ddqn", "--tensorboard"]), ("stable_baselines3", "sb3", ["ppo"])],
+    [
+        ("tensorboard", "tensorboard", ["ddqn", "--track", "tensorboard"]),
+        ("wandb", "wandb", ["ddqn", "--track", "wandb"]),
+        ("mlflow", "mlflow", ["ddqn", "--track", "tensorboard", "--track", "mlflow"]),
+        ("stable_baselines3", "sb3", ["ppo"]),
+    ],
 )
 def test_without_the_extra_one_line_names_it_and_no_folder_is_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str, extra: str, words: list[str]
@@ -79,4 +84,13 @@ def test_without_the_extra_one_line_names_it_and_no_folder_is_made(
     assert said.exit_code == 2
     assert f"pip install -e '.[{extra}]'" in said.stderr
     assert said.stderr.count("\n") == 1
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_unknown_tracker_is_refused_in_a_line(tmp_path: Path) -> None:
+    said = invoke("train", "ddqn", "--track", "paper", "--out", str(tmp_path / "run"))
+    assert (said.exit_code, said.stderr) == (
+        2,
+        "hhrl-bench: the tracker is 'paper'; write one of tensorboard, wandb, mlflow\n",
+    )
     assert not (tmp_path / "run").exists()

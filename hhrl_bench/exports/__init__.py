@@ -1,0 +1,1 @@
+"""Data out: episodes as rows of CSV and Parquet files, and their transitions as Minari datasets."""
