@@ -15,7 +15,7 @@ from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, draws
 from hhrl_bench.leaderboard.comparisons import compare as compared
 from hhrl_bench.tables.comparisons import comparison_tables
 from hhrl_bench.tables.table import Table
-from hhrl_bench.tasks.tasks import Task
+from hhrl_bench.tasks.tasks import AnyTask
 
 
 class Comparison(Printed):
