@@ -7,13 +7,16 @@ from hhrl_agents.adapters.callables import from_callable
 from hhrl_agents.adapters.onnx_files import from_onnx
 from hhrl_agents.adapters.sb3 import from_sb3
 from hhrl_agents.adapters.torch_modules import from_torch
-from hhrl_agents.agent import Agent, Decision, HierarchicalAgent
+from hhrl_agents.agent import Agent, ClairvoyantAgent, Decision, HierarchicalAgent
 from hhrl_agents.methods.registry import METHODS, RULES, register_method, register_rule
+from hhrl_agents.rules.oracle import ORACLES
 
 __all__ = [
     "METHODS",
+    "ORACLES",
     "RULES",
     "Agent",
+    "ClairvoyantAgent",
     "Decision",
     "HierarchicalAgent",
     "from_callable",

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeVar
 import numpy as np
 from pydantic import Field
 
-from hhrl_bench.evaluation.records import TaskRecord, TrainingRecord
+from hhrl_bench.evaluation.records import Kind, TaskRecord, TrainingRecord
 from hhrl_bench.schema import Count, Finite, Name, OptionName, OutcomeName, Positive, Rate, Record, Sha256
 from hhrl_envs import Outcome
 from hhrl_envs.arrays import Floats, Floats32
@@ -129,7 +129,7 @@ class AnalysisRecord(Record):
 
     schema_version: Literal[1]
     agent: Name
-    kind: Literal["rule", "learned", "factory"]
+    kind: Kind
     checkpoint_sha256: Sha256 | None
     training: TrainingRecord | None
     task: TaskRecord

@@ -12,9 +12,8 @@ from hhrl_bench.api.printed import Printed, Shown
 from hhrl_bench.errors import AgentError, SeedError
 from hhrl_bench.evaluation.decisions import episodes_of
 from hhrl_bench.evaluation.episodes import EpisodeRecords
-from hhrl_bench.evaluation.loading import Kind
 from hhrl_bench.evaluation.metrics import METRICS
-from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
+from hhrl_bench.evaluation.records import Kind, ResultRecord, TaskRecord
 from hhrl_bench.evaluation.results import PlayedRun, result_of, silent, task_record
 from hhrl_bench.exports.episodes import OVERRUN, Columns, Run, episode_columns
 from hhrl_bench.exports.export import export_runs, format_of, require_free

@@ -107,18 +107,9 @@ def train(
 
     announce_compiling()
     chosen = get_task(task)
-    folder = out or Path("runs") / method / chosen.id
-    budget = env_steps or chosen.env_steps
-    plan = training.Plan(
-        training.get_method(method),
-        chosen,
-        parse_seeds(seeds),
-        budget,
-        folder,
-        engine=engine,
-        device=device,
-        schedule_steps=schedule_steps,
-    )
+    folder, budget = out or Path("runs") / method / chosen.id, env_steps or chosen.env_steps
+    trained = training.get_method(method)
+    plan = training.Plan(trained, chosen, parse_seeds(seeds), budget, folder, None, engine, device, schedule_steps)
     if resume and schedule_steps is None:
         plan = replace(plan, schedule_steps=span_of(plan, RunDirectory(folder)))
     finished = resume and RunDirectory(folder).finished(plan.seeds) and not extends(plan, RunDirectory(folder))
@@ -271,11 +262,12 @@ def _say_failed(folder: Path, seeds: Collection[int]) -> bool:
 
 def _agents() -> Rows:
     """Return the rule agents, and the learned methods: how many trained seeds come with the package, what they are."""
-    from hhrl_agents import METHODS, RULES
+    from hhrl_agents import METHODS, ORACLES, RULES
     from hhrl_bench.evaluation.sources import shipped_methods
 
     shipped = shipped_methods()
-    rules = [{"id": name, "kind": "rule", "shipped_seeds": None, "summary": None} for name in RULES]
+    kinds = {**dict.fromkeys(RULES, "rule"), **dict.fromkeys(ORACLES, "oracle")}
+    rules = [{"id": name, "kind": kind, "shipped_seeds": None, "summary": None} for name, kind in kinds.items()]
     learned = [
         {"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0), "summary": method.summary}
         for name, method in METHODS.items()

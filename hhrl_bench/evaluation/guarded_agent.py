@@ -14,11 +14,11 @@ import numpy as np
 import hhrl_agents
 import hhrl_bench
 import hhrl_envs
-from hhrl_agents import Agent, Decision, HierarchicalAgent
+from hhrl_agents import Agent, ClairvoyantAgent, Decision, HierarchicalAgent
 from hhrl_agents.agent import NO_OPTION
 from hhrl_bench.errors import AgentError
 from hhrl_bench.schema import OptionName
-from hhrl_envs import SUB_GOALS, Option
+from hhrl_envs import SUB_GOALS, Option, Simulator
 from hhrl_envs.arrays import Flags, Floats32, Ints
 from hhrl_envs.observation import SIZE
 
@@ -55,6 +55,12 @@ class GuardedAgent(NamedTuple):
     def reset(self, mask: Flags) -> None:
         """Tell the agent which rows, bool [B], start an episode."""
         guarded(lambda: self.agent.reset(mask.copy()), "reset")
+
+    def foresee(self, simulator: Simulator) -> None:
+        """Show the worlds at the start of their episodes to an agent that is clairvoyant."""
+        agent = self.agent
+        if isinstance(agent, ClairvoyantAgent):
+            guarded(lambda: agent.foresee(simulator), "foresee")
 
     def act(self, observations: Floats32) -> Decision:
         """Return the checked decisions int64 [B] for observations float32 [B, 11].

@@ -5,24 +5,22 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 from pydantic import ValidationError
 
-from hhrl_agents import RULES, Agent
+from hhrl_agents import ORACLES, RULES, Agent
 from hhrl_agents.adapters.files import ENDINGS
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.factories import require_module
 from hhrl_bench.evaluation.guarded_agent import guarded
-from hhrl_bench.evaluation.records import TrainingRecord
+from hhrl_bench.evaluation.records import Kind, TrainingRecord
 from hhrl_bench.evaluation.sources import names_file, policy_files, runs_apart, shipped_checkpoints, shipped_methods
 from hhrl_bench.isolation.agent_process import AgentProcess
 from hhrl_bench.schema import first_problem
 from hhrl_bench.tasks.tasks import AnyTask, Task, get_task
 from hhrl_bench.text import meant
 from hhrl_envs import Scenario, get_scenario
-
-Kind = Literal["rule", "learned", "factory"]
 
 _SERVER = "hhrl_bench.evaluation.agent_server"
 """What runs in the process of a user's agent."""
@@ -79,9 +77,9 @@ def load_agents(source: str | Path, scenario: Scenario) -> list[LoadedAgent]:
     apart = runs_apart(name)
     if apart:
         return _load_apart(apart, scenario)
-    if name in RULES:
-        rule = guarded(lambda: RULES[name](scenario), "constructor")
-        return [LoadedAgent("rule", lambda: rule)]
+    if make := {**RULES, **ORACLES}.get(name):
+        made = guarded(lambda: make(scenario), "constructor")
+        return [LoadedAgent("rule" if name in RULES else "oracle", lambda: made)]
     paths = shipped_checkpoints(name) or policy_files(name)
     if not paths:
         raise _unknown(name)
@@ -115,7 +113,7 @@ def _unknown(name: str) -> AgentError:
         return AgentError(f"{name!r} is a file of Python; write module:factory, such as {path.stem}:make_agent")
     if path.suffix in {*ENDINGS, ".safetensors"}:
         return AgentError(f"there is no file {name}; name the file of a policy that is there")
-    known = [*RULES, *shipped_methods()]
+    known = [*RULES, *ORACLES, *shipped_methods()]
     return AgentError(
         f"unknown agent {name!r}{meant(name, known)}; write the file of a policy, a folder of them, module:factory, "
         f"or one of: {', '.join(known)}"

@@ -140,6 +140,10 @@ class RunMetricsRecord(_ByMetric):
         return kind | None if metric.nullable else kind
 
 
+Kind = Literal["rule", "oracle", "learned", "factory"]
+"""What an agent is: a rule, one that knows the future, a learned one, or a user's own code."""
+
+
 class TrainingRecord(Record):
     """Where a checkpoint comes from: ``env_steps`` done when it was taken, of a budget of ``budget`` steps on ``task``.
 
@@ -198,7 +202,7 @@ class ResultRecord(Record):
     """One agent on one task: its runs and what they come to; ``failed_seeds`` failed in training and have no run."""
 
     agent: Name
-    kind: Literal["rule", "learned", "factory"]
+    kind: Kind
     task: Name
     option: OptionName | None
     runs: Annotated[tuple[RunRecord, ...], FIRST, Field(min_length=1, max_length=MAX_SEEDS)]

@@ -10,11 +10,12 @@ from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.evaluation.evidence import pack
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
-from hhrl_bench.evaluation.loading import Kind, LoadedAgent, load_agents
+from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
 from hhrl_bench.evaluation.metrics import METRICS, Metric, means
 from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, load_opponent, play_task
 from hhrl_bench.evaluation.records import (
     EvaluationRecord,
+    Kind,
     MetricRecord,
     MetricsRecord,
     OpponentRecord,

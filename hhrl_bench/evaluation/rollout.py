@@ -96,6 +96,7 @@ class Rollout:
         self._agent, self._drivers = GuardedAgent(agent, scenario.num_actions, option), drivers
         self.simulator.reset(seeds)
         drivers.begin(np.ones(len(seeds), np.bool_))
+        self._agent.foresee(self.simulator)
         self._agent.reset(np.ones(len(seeds) * len(drivers.slots), np.bool_))
 
     def __iter__(self) -> Iterator[Step]:

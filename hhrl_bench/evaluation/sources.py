@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from hhrl_agents import METHODS, RULES
+from hhrl_agents import METHODS, ORACLES, RULES
 from hhrl_agents.adapters.files import ENDINGS
 from hhrl_agents.policies.checkpoint_file import SHIPPED
 from hhrl_bench.errors import AgentError
@@ -88,7 +88,7 @@ def runs_apart(name: str) -> list[str]:
     Raises:
         InputError: as ``policy_files``; or if the seeds behind an ``@`` are spelled otherwise, or are too many.
     """
-    if name in RULES or name in METHODS or named_seeds(name):
+    if name in {*RULES, *ORACLES, *METHODS} or named_seeds(name):
         return []
     paths = policy_files(name)
     if paths or ":" not in name:

@@ -180,8 +180,11 @@ def success(result: ResultRecord) -> float:
 
 
 def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[PairwiseRecord]:
-    """Return the comparisons of every other agent to the most successful one of a task, in the order of the results."""
-    results = board.on(task)
+    """Return the comparisons of every other agent to the most successful one of a task, in the order of the results.
+
+    An oracle is no rival: it is never the most successful one.
+    """
+    results = [result for result in board.on(task) if result.kind != "oracle"]
     if not results:
         return []
     return against(max(results, key=success).agent, (one for one in board.comparisons if one.task == task.id))

@@ -182,7 +182,7 @@ _DECLARED: tuple[Suite, ...] = (
     ScoreSuite(
         "quick",
         agents=("rule-1", "rule-2", "rule-3", "rule-4", "rule-plus", "ddqn", "hybrid-hrl", "hybrid-hrl-plus"),
-        tasks=("stop-line-v0",),
+        tasks=("stop-line-v0", "stop-line-paper-v0"),
         episodes=1000,
     ),
     ScoreSuite(

@@ -154,8 +154,11 @@ def _traffic(task: TaskRecord, results: Sequence[ResultRecord]) -> list[str]:
 def _of_agent(task: TaskRecord, result: ResultRecord) -> Iterator[str]:
     """Yield what is to be known of where an agent comes from, and of its training.
 
-    That is: whether it is a user's own code, other scenarios than the task's, and that the training is not exact.
+    That is: whether it is an oracle or a user's own code, other scenarios than the task's, and that the training is not
+    exact.
     """
+    if result.kind == "oracle":
+        yield f"{result.agent} knows how the traffic will drive: it shows what is possible, and is no rival."
     if result.kind == "factory":
         yield f"{result.agent} is a user's own code: to verify it, its decisions are replayed, not made again."
     trainings = [run.training for run in result.runs if run.training]

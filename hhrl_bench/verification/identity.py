@@ -13,11 +13,10 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from hhrl_agents import METHODS, RULES
+from hhrl_agents import METHODS, ORACLES, RULES
 from hhrl_agents.policies import checkpoints
 from hhrl_bench.errors import SeedError
-from hhrl_bench.evaluation.loading import Kind
-from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TrainingRecord
+from hhrl_bench.evaluation.records import Kind, ResultRecord, RunRecord, TrainingRecord
 from hhrl_bench.evaluation.sources import shipped_checkpoints, shipped_methods
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.findings import Finding, differences
@@ -59,6 +58,8 @@ def named(agent: str, kind: Kind) -> Named:
     Seeds that are spelled otherwise than as ``0-4,7`` are none.
     """
     method, _, arm = agent.partition(" ")
+    if agent in ORACLES:
+        return Named("oracle")
     if agent in RULES:
         return Named("rule")
     if method in METHODS and (not arm or arm in ARMS):
@@ -85,9 +86,9 @@ def _seeds(text: str) -> tuple[int, ...]:
 
 
 def playable(result: ResultRecord, *, checkpoints: bool) -> bool:
-    """Return whether the agents of a result can be run again: they are rules, or their ``checkpoints`` are there."""
+    """Return whether the agents of a result can be run again: they come in code, or their ``checkpoints`` are there."""
     kind = named(result.agent, result.kind).kind
-    return kind == "rule" or (kind == "learned" and checkpoints)
+    return kind in {"rule", "oracle"} or (kind == "learned" and checkpoints)
 
 
 def repeatable(training: TrainingRecord) -> bool:
@@ -154,7 +155,7 @@ def looks_like(name: str, known: Iterable[str]) -> str | None:
 
 
 def _registered() -> list[str]:
-    return [*RULES, *METHODS, *(f"{method} {arm}" for method in METHODS for arm in ARMS)]
+    return [*RULES, *ORACLES, *METHODS, *(f"{method} {arm}" for method in METHODS for arm in ARMS)]
 
 
 def _check_untrained(place: str, result: ResultRecord, says: Named) -> Iterator[Finding]:

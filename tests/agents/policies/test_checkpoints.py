@@ -183,7 +183,7 @@ def test_a_failed_save_leaves_what_was(path: Path) -> None:
     with pytest.raises(ValueError, match="JSON"):
         checkpoints.save(path, agent_of("ddqn"), {"score": float("nan")})
     with pytest.raises(OutputError, match="cannot write"):
-        checkpoints.save(path.parent / "absent" / path.name, agent_of("ddqn"))
+        checkpoints.save(path / "below" / path.name, agent_of("ddqn"))
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]
 
@@ -202,7 +202,7 @@ def test_metadata_of_what_is_no_checkpoint_are_refused(path: Path, whole: bytes,
         read_metadata(path)
 
 
-@pytest.mark.parametrize("header", ["", "3", '"text"', "[" * 100_000])
+@pytest.mark.parametrize("header", ["", "3", '"text"', "[" * 60_000])
 def test_metadata_that_cannot_be_read_are_refused(path: Path, header: str) -> None:
     save_file({"weight": np.zeros(3, np.float32)}, path, {"hhrl-checkpoint": header})
     with pytest.raises(CheckpointError, match="its metadata are no JSON object"):

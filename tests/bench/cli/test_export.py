@@ -44,7 +44,7 @@ def test_one_level_is_said_to_be_one(tmp_path: Path) -> None:
         (("rule-4",), "agent 'rule-4' has no networks to write; name a learned one"),
         (("hybird-hrl",), "unknown agent 'hybird-hrl', did you mean hybrid-hrl"),
         (("pqn",), "no trained pqn comes with the package"),
-        (("nowhere.safetensors",), "unknown agent 'nowhere.safetensors'"),
+        (("nowhere.safetensors",), "there is no file nowhere.safetensors"),
         (("ddqn", "--task", "nothing-v0"), "nothing-v0"),
     ],
 )

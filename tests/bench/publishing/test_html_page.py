@@ -130,7 +130,7 @@ def test_the_command_writes_the_page(
     board: LeaderboardRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, out: list[str], page: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hhrl_bench.publishing.html_page.html", lambda board, store: f"{board.suite} {store.folder}")
+    monkeypatch.setattr("hhrl_bench.publishing.html_page.html", lambda board, store, _: f"{board.suite} {store.folder}")
     write_entry(board, Path("a.json"))
     assert invoke("report", "a.json", *out).exit_code == 0
     assert Path(page).read_text() == f"{board.suite} ."

@@ -48,7 +48,7 @@ def test_a_seed_that_diverges_is_reported_and_the_other_undisturbed(sick: Path, 
     assert failed["last_finite_report"] == rows[1]
     assert [row["env_steps"] for row in rows] == [0, 200, 400]
     assert not list(sick.glob("seed-2*.safetensors"))
-    list(training.train(plan(tmp_path / "sound")))
+    list(training.train(plan(tmp_path / "sound"), extendable=True))
     sound = contents(tmp_path / "sound")
     assert {name: data for name, data in sound.items() if "seed-2" not in name} == {
         name: data for name, data in contents(sick).items() if "seed-2" not in name
@@ -73,10 +73,10 @@ def test_a_training_ends_when_every_seed_has_failed(monkeypatch: pytest.MonkeyPa
 
 def test_a_failure_survives_a_resume(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, sick: Path) -> None:
     monkeypatch.setattr("hhrl_bench.training.saved_state.COST_SHARE", 0)  # save at every report
-    reports = training.train(plan(tmp_path))
+    reports = training.train(plan(tmp_path), extendable=True)
     next(reports), next(reports), next(reports)
     reports.close()  # type: ignore[attr-defined]
-    list(training.train(plan(tmp_path), resume=True))
+    list(training.train(plan(tmp_path), resume=True, extendable=True))
     assert contents(tmp_path) == contents(sick)
 
 
