@@ -57,10 +57,13 @@ class GuardedAgent(NamedTuple):
         guarded(lambda: self.agent.reset(mask.copy()), "reset")
 
     def foresee(self, simulator: Simulator) -> None:
-        """Show the worlds at the start of their episodes to an agent that is clairvoyant."""
-        agent = self.agent
-        if isinstance(agent, ClairvoyantAgent):
-            guarded(lambda: agent.foresee(simulator), "foresee")
+        """Show the worlds at the start of their episodes to an agent that is clairvoyant.
+
+        Raises:
+            InputError: if it cannot foresee these.
+        """
+        if isinstance(self.agent, ClairvoyantAgent):
+            self.agent.foresee(simulator)
 
     def act(self, observations: Floats32) -> Decision:
         """Return the checked decisions int64 [B] for observations float32 [B, 11].

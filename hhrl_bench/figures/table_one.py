@@ -36,15 +36,24 @@ def save_table_one(board: LeaderboardRecord, folder: Path) -> list[Path]:
     written: list[Path] = []
     with style():
         for task in board.tasks:
-            results = counterparts(board.results, task.id)
+            results = counterparts(board.results, task)
             if task.id == paper_table.TABLE_I_TASK and len(results) > 1:
                 written += save_figure(draw_table_one(task, results), folder, f"table-1-{task.id}")
     return written
 
 
-def counterparts(results: Sequence[ResultRecord], task: str) -> dict[str, ResultRecord]:
-    """Return our results on a task of the policies in Table I, by the names that it gives them."""
-    ours = {result.agent: result for result in results if result.task == task and result.option is None}
+def counterparts(results: Sequence[ResultRecord], task: TaskRecord) -> dict[str, ResultRecord]:
+    """Return our results on a task of the policies in Table I, by the names that it gives them.
+
+    Those that were trained in another world are none: the paper's were trained in their own.
+    """
+    ours = {
+        result.agent: result
+        for result in results
+        if result.task == task.id
+        and result.option is None
+        and all(run.training is None or run.training.scenario == task.scenario for run in result.runs)
+    }
     return {row.policy: ours[row.counterpart] for row in paper_table.TABLE_I if row.counterpart in ours}
 
 

@@ -11,7 +11,7 @@ from typing import Any, TextIO
 import pytest
 
 import hhrl_bench
-from hhrl_agents import METHODS, RULES
+from hhrl_agents import METHODS, ORACLES, RULES
 from hhrl_bench import evaluate
 from hhrl_bench.evaluation.loading import load_agent
 from hhrl_bench.evaluation.records import EvaluationRecord
@@ -178,6 +178,14 @@ def test_evaluate_twice_differs_in_its_provenance_only() -> None:
     assert first == again
 
 
+def test_the_oracle_is_scored_as_what_is_possible() -> None:
+    words = ("evaluate", "oracle", "--episodes", "20", "--task")
+    (result,) = json.loads(done(*words, "stop-line-dense-v0", "--json"))["results"]
+    assert (result["kind"], result["metrics"]["success"]["mean"]) == ("oracle", 1.0)
+    assert "oracle knows how the traffic will drive" in " ".join(done(*words, "stop-line-v0").split())
+    assert "the oracle foresees scripted traffic alone; platoon-v0 has" in refused(*words, "platoon-v0")
+
+
 def test_evaluate_holds_the_option() -> None:
     held = json.loads(done("evaluate", "rule-4", "--episodes", "30", "--option", "stop", "--json"))
     rule = json.loads(done("evaluate", "rule-2", "--episodes", "30", "--json"))
@@ -278,10 +286,10 @@ def test_run_that_fails_leaves_the_old_leaderboard(tmp_path: Path, monkeypatch: 
 
 def test_lists_name_what_is_registered() -> None:
     agents = json.loads(done("list", "agents", "--json"))
-    assert [agent["id"] for agent in agents] == [*RULES, *METHODS]
+    assert [agent["id"] for agent in agents] == [*RULES, *ORACLES, *METHODS]
     assert [task["id"] for task in json.loads(done("list", "tasks", "--json"))] == [*TASKS]
     assert [entry["id"] for entry in json.loads(done("list", "suites", "--json"))] == [*SUITES]
-    for what, names in (("agents", [*RULES, *METHODS]), ("tasks", TASKS), ("suites", SUITES)):
+    for what, names in (("agents", [*RULES, *ORACLES, *METHODS]), ("tasks", TASKS), ("suites", SUITES)):
         said = done("list", what)
         assert all(name in said for name in names)
         assert f"\n{said}" in done("list")
@@ -300,7 +308,7 @@ def test_learned_agents_are_listed_with_what_sets_them_apart() -> None:
 
 @pytest.mark.parametrize("columns", [40, 80, 120])
 def test_lists_keep_ids_whole_where_there_is_little_room(columns: int) -> None:
-    for what, names in (("agents", [*RULES, *METHODS]), ("tasks", TASKS), ("suites", SUITES)):
+    for what, names in (("agents", [*RULES, *ORACLES, *METHODS]), ("tasks", TASKS), ("suites", SUITES)):
         lines = invoke("list", what, columns=columns).stdout.splitlines()
         assert max(map(len, lines)) <= columns
         assert {line.split()[0] for line in lines if line.strip()} >= {*names}

@@ -69,7 +69,7 @@ def test_training_results_are_means_over_seeds_and_hybrid_hrl_is_in_both_columns
 
 def test_table_one_has_the_papers_rates_beside_ours() -> None:
     (task,) = board(rules()).tasks
-    results = counterparts(rules(), task.id)
+    results = counterparts(rules(), task)
     assert [*results] == [row.policy for row in TABLE_I]
     with style():
         figure = draw_table_one(task, results)
