@@ -40,9 +40,8 @@ def plan(folder: Path, seeds: tuple[int, ...] = (0, 2), method: str = "ddqn", en
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return the files of a run directory but for its provenance and the states at the end, whose clocks differ."""
-    clocked = ("provenance", "end-state")
-    files = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith(clocked))
+    """Return the files of a run directory but for its provenance, whose clock differs."""
+    files = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith("provenance"))
     return {path.name: path.read_bytes() for path in files}
 
 
