@@ -15,6 +15,7 @@ from hhrl_agents import METHODS, ORACLES, RULES
 from hhrl_bench import evaluate
 from hhrl_bench.evaluation.loading import load_agent
 from hhrl_bench.evaluation.records import EvaluationRecord
+from hhrl_bench.evaluation.sources import shipped_methods
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.suites import suites, units
 from hhrl_bench.suites.suites import SUITES, ScoreSuite
@@ -415,10 +416,13 @@ def test_agents_are_evaluated_without_torch(tmp_path: Path, arguments: list[str]
     assert ended.returncode == 0, ended.stderr
 
 
-def test_the_quick_suite_runs_without_torch(tmp_path: Path) -> None:
-    ended = process("run", "--suite", "quick", "--workers", "1", folder=tmp_path, code=WITHOUT_TORCH)
+def test_all_that_is_shipped_is_scored_without_torch(tmp_path: Path) -> None:
+    agents = [*RULES, *(name for name in shipped_methods() if name not in {"follow-only", "adversary", "platoon"})]
+    suite = {"id": "bare", "agents": agents, "tasks": ["stop-line-v0"], "episodes": 20}
+    (tmp_path / "bare.json").write_text(json.dumps(suite))
+    ended = process("run", "--suite", "bare.json", "--workers", "1", folder=tmp_path, code=WITHOUT_TORCH)
     assert ended.returncode == 0, ended.stderr
-    assert (tmp_path / "runs" / "quick" / "entry.json").is_file()
+    assert len(json.loads((tmp_path / "runs" / "bare" / "entry.json").read_text())["results"]) == len(agents)
 
 
 @pytest.mark.parametrize("method", ["ddqn", "hybrid-hrl", "pqn"])
