@@ -95,9 +95,11 @@ def _named(agents: Agents) -> dict[str, AnyAgent]:
 
 
 def _agent(agent: Any) -> AnyAgent:
+    if isinstance(agent, type):
+        raise AgentError(f"{agent.__name__} is a class; give an agent, such as {agent.__name__}(scenario)")
     if isinstance(agent, str | Path | Agent):
         return agent
-    raise AgentError(f"{agent!r} is no agent; give its name, or an object with act and reset")
+    raise AgentError(f"{agent!r} is no agent; give its name, or an object with act and reset, such as from_sb3(model)")
 
 
 def _name(agent: AnyAgent) -> str:

@@ -267,7 +267,11 @@ def _agents() -> Rows:
 
     shipped = shipped_methods()
     kinds = {**dict.fromkeys(RULES, "rule"), **dict.fromkeys(ORACLES, "oracle")}
-    rules = [{"id": name, "kind": kind, "shipped_seeds": None, "summary": None} for name, kind in kinds.items()]
+    summaries = dict.fromkeys(ORACLES, "knows how the traffic will drive, and takes the quickest way")
+    rules = [
+        {"id": name, "kind": kind, "shipped_seeds": None, "summary": summaries.get(name)}
+        for name, kind in kinds.items()
+    ]
     learned = [
         {"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0), "summary": method.summary}
         for name, method in METHODS.items()

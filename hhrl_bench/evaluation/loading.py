@@ -15,7 +15,14 @@ from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.factories import require_module
 from hhrl_bench.evaluation.guarded_agent import guarded
 from hhrl_bench.evaluation.records import Kind, TrainingRecord
-from hhrl_bench.evaluation.sources import names_file, policy_files, runs_apart, shipped_checkpoints, shipped_methods
+from hhrl_bench.evaluation.sources import (
+    names_file,
+    own_seeds,
+    policy_files,
+    runs_apart,
+    shipped_checkpoints,
+    shipped_methods,
+)
 from hhrl_bench.isolation.agent_process import AgentProcess
 from hhrl_bench.schema import first_problem
 from hhrl_bench.tasks.tasks import AnyTask, Task, get_task
@@ -28,7 +35,7 @@ _SERVER = "hhrl_bench.evaluation.agent_server"
 
 @dataclass(frozen=True)
 class LoadedAgent:
-    """An agent ready to drive; a learned one with its checkpoint's sha256, path and training.
+    """An agent ready to drive, of a training seed if it has one; a learned one with its checkpoint's sha256 and path.
 
     A user's own one is in a process of its own, which begins when it is first asked for, and ends with this as a
     context.
@@ -39,6 +46,12 @@ class LoadedAgent:
     sha256: str | None = None
     training: TrainingRecord | None = None
     path: Path | None = None
+    own_seed: int | None = None
+
+    @property
+    def seed(self) -> int | None:
+        """The training seed: that of the checkpoint, or of a user's own agent among several; None without one."""
+        return self.training.seed if self.training else self.own_seed
 
     @cached_property
     def agent(self) -> Agent:
@@ -96,7 +109,10 @@ def _of_one_training(loaded: list[LoadedAgent], name: str) -> list[LoadedAgent]:
 
 def _load_apart(sources: Sequence[str], scenario: Scenario) -> list[LoadedAgent]:
     _require_there(sources)
-    loaded = [LoadedAgent("factory", partial(AgentProcess, _SERVER, source, scenario)) for source in sources]
+    loaded = [
+        LoadedAgent("factory", partial(AgentProcess, _SERVER, source, scenario), own_seed=seed)
+        for source, seed in zip(sources, own_seeds(sources), strict=True)
+    ]
     _ = loaded[0].agent  # what is wrong with the first is said now
     return loaded
 

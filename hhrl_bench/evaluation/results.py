@@ -83,15 +83,11 @@ def evaluate_agent(
 
 
 class PlayedRun(NamedTuple):
-    """One policy's test episodes, and their record."""
+    """One policy's test episodes, their record, and its training seed; None without one."""
 
     record: RunRecord
     scored: ScoredEpisodes
-
-    @property
-    def seed(self) -> int | None:
-        """The training seed; None for an agent that is not trained."""
-        return self.record.training.seed if self.record.training else None
+    seed: int | None
 
 
 def play_run(
@@ -113,7 +109,7 @@ def play_run(
     except AgentError as error:
         raise type(error)(f"{name}: {error}") from error
     evidence = None if store is None else _keep(store, loaded, played)
-    return PlayedRun(run_record(loaded.sha256, loaded.training, played.records, evidence), played)
+    return PlayedRun(run_record(loaded.sha256, loaded.training, played.records, evidence), played, loaded.seed)
 
 
 def result_of(

@@ -97,6 +97,18 @@ def runs_apart(name: str) -> list[str]:
     return [f"{factory}@{seed}" for seed in _few(parse_seeds(seeds), name)] if at else [name]
 
 
+def own_seeds(sources: Sequence[str]) -> list[int | None]:
+    """Return the training seeds of what makes agents in processes of their own: the last numbers in their names.
+
+    They are the places 0, 1, 2, ... where the names do not tell them apart; a single one without ``@`` has none.
+    """
+    if len(sources) == 1 and "@" not in sources[0]:
+        return [None]
+    numbers = [re.findall(r"[0-9]+", Path(source).stem) for source in sources]
+    seeds = [int(found[-1][-9:]) for found in numbers if found]
+    return [*(seeds if len(set(seeds)) == len(sources) else range(len(sources)))]
+
+
 def names_file(source: str) -> bool:
     """Return whether what makes an agent in a process of its own is a file."""
     return Path(source).suffix in ENDINGS

@@ -27,6 +27,9 @@ MAX_COMPARED = 50
 MAX_EPISODES = 1_000_000
 """Episodes of all runs of an entry."""
 
+MAX_RESULT_EPISODES = 400_000
+"""Episodes of all runs of a result, whose records are held together while it is checked."""
+
 
 MAX_SETTINGS = 2**16
 """Letters of all settings of a method."""
@@ -103,7 +106,11 @@ class LeaderboardRecord(Record):
             if len(self.on(task)) > MAX_COMPARED:
                 raise ValueError(f"{task.id} has {len(self.on(task))} results; publish at most {MAX_COMPARED}")
         episodes = {task.id: task.episodes for task in self.tasks}
-        total = sum(len(result.runs) * episodes[result.task] for result in self.results)
+        counts = {f"{one.agent} on {one.task}": len(one.runs) * episodes[one.task] for one in self.results}
+        for name, count in counts.items():
+            if count > MAX_RESULT_EPISODES:
+                raise ValueError(f"{name} has {count:,} episodes; publish at most {MAX_RESULT_EPISODES:,} a result")
+        total = sum(counts.values())
         if total > MAX_EPISODES:
             raise ValueError(f"the results have {total:,} episodes; publish at most {MAX_EPISODES:,}")
 

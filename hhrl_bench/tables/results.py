@@ -158,7 +158,10 @@ def _of_agent(task: TaskRecord, result: ResultRecord) -> Iterator[str]:
     exact.
     """
     if result.kind == "oracle":
-        yield f"{result.agent} knows how the traffic will drive: it shows what is possible, and is no rival."
+        yield (
+            f"{result.agent} knows how the traffic will drive and takes the quickest way: it shows what success and "
+            "how few steps are possible, and is no rival."
+        )
     if result.kind == "factory":
         yield f"{result.agent} is a user's own code: to verify it, its decisions are replayed, not made again."
     trainings = [run.training for run in result.runs if run.training]

@@ -187,7 +187,10 @@ def test_interrupts_that_are_ignored_are_ignored_further(tmp_path: Path) -> None
 
 
 EARLY = """
+import signal
 import sys
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background has it ignored
 
 class Pressing:
     def find_spec(self, name, path=None, target=None):
