@@ -14,7 +14,7 @@ from support.own_scenarios import forgotten_scenarios
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "bring-your-own.md").read_text()
-STEPS = "100_000"
+STEPS = "20_000"
 """Steps of the trainings on the page, of which the test takes fewer."""
 
 
