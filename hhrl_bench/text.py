@@ -49,6 +49,11 @@ def look(name: str) -> str:
     return "".join(filter(str.isalnum, name.casefold().translate(_ALIKE)))
 
 
+def looks_like(name: str, known: Iterable[str]) -> str | None:
+    """Return which of the known names a name looks like, by its letters and digits; None: like none of them."""
+    return {look(one): one for one in known}.get(look(name))
+
+
 def file_name(name: str) -> str:
     """Return a name that any folder can hold and that lies in no other; different names have different ones."""
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)

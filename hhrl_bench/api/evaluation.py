@@ -15,7 +15,7 @@ from hhrl_bench.evaluation.episodes import EpisodeRecords
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import Kind, ResultRecord, TaskRecord
 from hhrl_bench.evaluation.results import PlayedRun, result_of, silent, task_record
-from hhrl_bench.exports.episodes import OVERRUN, Columns, Run, episode_columns
+from hhrl_bench.exports.episodes import OVERRUN, Columns, Run, episode_columns, run_of
 from hhrl_bench.exports.export import export_runs, format_of, require_free
 from hhrl_bench.exports.files import to_frame
 from hhrl_bench.figures.watch import artist, replayed
@@ -55,7 +55,7 @@ class Scored:
 
     def exported(self) -> list[Run]:
         """Return the runs as they are exported."""
-        return [Run(self.agent, run.seed, self.task, run.scored.trace, run.scored.records.outcome) for run in self.runs]
+        return [run_of(self.agent, self.task, run) for run in self.runs]
 
 
 class Evaluation(Printed):

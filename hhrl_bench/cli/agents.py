@@ -206,9 +206,9 @@ def _require_rows(path: Path) -> None:
 
 
 def _keep_run(runs: "list[Run]", agent: str, task: "Task", played: "PlayedRun") -> None:
-    from hhrl_bench.exports.episodes import Run
+    from hhrl_bench.exports.episodes import run_of
 
-    runs.append(Run(agent, played.seed, task, played.scored.trace, played.scored.records.outcome))
+    runs.append(run_of(agent, task, played))
 
 
 def _evaluate_command(

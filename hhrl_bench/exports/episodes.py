@@ -12,6 +12,7 @@ from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.evaluation.metrics import METRICS, Least, Metric
 from hhrl_bench.evaluation.paired_evaluation import evaluation_drivers
 from hhrl_bench.evaluation.replay import replay
+from hhrl_bench.evaluation.results import PlayedRun
 from hhrl_bench.evaluation.rollout import Step
 from hhrl_bench.tasks.tasks import Task
 from hhrl_envs import Outcome, get_scenario
@@ -49,6 +50,11 @@ class Run(NamedTuple):
     def worlds(self) -> Keys:
         """The seeds of the worlds, uint64 [N]."""
         return self.task.test.take(len(self.outcome))
+
+
+def run_of(agent: str, task: Task, played: PlayedRun) -> Run:
+    """Return the run of an agent's policy that was just played."""
+    return Run(agent, played.seed, task, played.scored.trace, played.scored.records.outcome)
 
 
 class World(NamedTuple):

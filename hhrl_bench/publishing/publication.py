@@ -33,7 +33,8 @@ from hhrl_bench.suites import suites
 from hhrl_bench.suites.units import Evaluation, Training
 from hhrl_bench.tables.markdown import suite_page
 from hhrl_bench.tasks.tasks import registered_task
-from hhrl_bench.verification.identity import looks_like, named, shipped
+from hhrl_bench.text import looks_like
+from hhrl_bench.verification.identity import named, shipped
 from hhrl_bench.verification.verify import reached
 from hhrl_envs.errors import InputError
 

@@ -8,7 +8,7 @@ from hhrl_bench.errors import SuiteError
 from hhrl_bench.schema import MAX_RESULTS, Name, Positive, Record, Stem, first_problem
 from hhrl_bench.suites.suites import SUITES, ScoreSuite, Suite, get_suite
 from hhrl_bench.tasks.tasks import Task, get_task, registered_task
-from hhrl_bench.text import look
+from hhrl_bench.text import looks_like
 from hhrl_envs.scenario.files import read_file, read_json
 
 _WHAT = 'a suite file, such as {"id": "my-suite", "tasks": ["stop-line-v0"], "agents": ["rule-4"], "episodes": 100}'
@@ -33,11 +33,8 @@ def find_suite(source: str) -> Suite:
     if source in SUITES or not source.endswith(".json"):
         return get_suite(source)
     file = read_file(source, _read, _WHAT)
-    for known in SUITES:
-        if look(known) == look(file.id):
-            raise SuiteError(
-                f"{source}: the id {file.id!r} is or looks like that of the suite {known}; write another id"
-            )
+    if known := looks_like(file.id, SUITES):
+        raise SuiteError(f"{source}: the id {file.id!r} is or looks like that of the suite {known}; write another id")
     tasks = tuple(_task(source, task).id for task in file.tasks)
     for what, names in (("task", tasks), ("agent", file.agents)):
         twice = next((name for name in names if names.count(name) > 1), None)

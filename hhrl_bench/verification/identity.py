@@ -8,7 +8,7 @@ its name says.
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -24,7 +24,7 @@ from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import sha256_of
 from hhrl_bench.tasks.seeds import parse_seeds
 from hhrl_bench.tasks.tasks import Task, registered_task
-from hhrl_bench.text import look
+from hhrl_bench.text import looks_like
 from hhrl_bench.training.train import Plan, get_method
 from hhrl_bench.transfer.transfer import ARMS, target_method
 from hhrl_envs import get_scenario
@@ -147,11 +147,6 @@ def _check_name(place: str, agent: str) -> Iterator[Finding]:
     near = looks_like(stem, _registered())
     if near is not None and (near != stem or (stem != agent and stem not in METHODS)):
         yield Finding(place, f"{agent!r} looks like {near}, which it is not; publish it under another name")
-
-
-def looks_like(name: str, known: Iterable[str]) -> str | None:
-    """Return which of the known names a name looks like, by its letters and digits; None: like none of them."""
-    return {look(one): one for one in known}.get(look(name))
 
 
 def _registered() -> list[str]:

@@ -1,6 +1,7 @@
 """Trainings that take a second: small networks, many reports. As a script it is the command line with those."""
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,29 @@ def contents(folder: Path) -> dict[str, bytes]:
     """Return the files of a run directory but for its provenance, whose clock differs."""
     files = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith("provenance"))
     return {path.name: path.read_bytes() for path in files}
+
+
+class KillError(BaseException):
+    """The process ends here, whatever is tried."""
+
+
+def killed_at(write: int, train: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> bool:
+    """Return whether a training was killed right after it has put its n-th file in place."""
+    writes, replace = itertools.count(), Path.replace
+
+    def killing(self: Path, target: Path) -> Path:
+        replace(self, target)
+        if next(writes) == write:
+            raise KillError
+        return target
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", killing)
+        try:
+            train()
+        except KillError:
+            return True
+    return False
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from hhrl_bench.evaluation.loading import load_agents
 from hhrl_bench.training import train as training
 from hhrl_envs import get_scenario
 from support.command_line import invoke
-from support.small_training import STEPS, contents, plan, small_methods
+from support.small_training import STEPS, contents, killed_at, plan, small_methods
 
 LONGER = 2 * STEPS
 KEPT = {"end-state-seed-0.safetensors", "end-state-seed-2.safetensors"}
@@ -98,21 +98,7 @@ def test_a_kill_after_any_write_changes_nothing(short: Path, tmp_path: Path, mon
 
 def killed(own: training.Plan, write: int, monkeypatch: pytest.MonkeyPatch) -> bool:
     """Return whether an extension was killed right after it has put its n-th file in place."""
-    writes, rename = itertools.count(), Path.replace
-
-    def killing(self: Path, target: Path) -> Path:
-        rename(self, target)
-        if next(writes) == write:
-            raise SystemExit
-        return target
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "replace", killing)
-        try:
-            list(training.train(own, resume=True, extendable=True))
-        except SystemExit:
-            return True
-    return False
+    return killed_at(write, lambda: list(training.train(own, resume=True, extendable=True)), monkeypatch)
 
 
 def test_what_cannot_be_extended_is_refused_in_one_line(short: Path, tmp_path: Path) -> None:

@@ -18,13 +18,9 @@ from hhrl_bench.training import saved_state
 from hhrl_bench.training import train as training
 from support import small_training
 from support.command_line import invoke
-from support.small_training import STEPS, contents, plan, small_methods
+from support.small_training import STEPS, contents, killed_at, plan, small_methods
 
 SHORT, LONG = 400, 4000
-
-
-class KillError(BaseException):
-    """The process ends here, whatever is tried."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -52,21 +48,7 @@ def stopped(folder: Path, seeds: tuple[int, ...] = (0, 2)) -> Path:
 
 def train_until_kill(folder: Path, write: int, monkeypatch: pytest.MonkeyPatch) -> bool:
     """Return whether a training was killed right after it has put its n-th file in place."""
-    writes, replace = itertools.count(), Path.replace
-
-    def killing(self: Path, target: Path) -> Path:
-        replace(self, target)
-        if next(writes) == write:
-            raise KillError
-        return target
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "replace", killing)
-        try:
-            list(training.train(plan(folder, env_steps=SHORT), resume=True))
-        except KillError:
-            return True
-    return False
+    return killed_at(write, lambda: list(training.train(plan(folder, env_steps=SHORT), resume=True)), monkeypatch)
 
 
 def test_a_kill_after_any_write_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
