@@ -19,7 +19,7 @@ from hhrl_bench.tasks.tasks import AnyTask
 
 
 class Comparison(Printed):
-    """An agent less another one, by every metric that both have in all episodes; it prints as a table.
+    """An agent minus another one, by every metric that both have in all episodes; it prints as a table.
 
     Between agents with training seeds, intervals are bootstraps over the seeds; between two single policies, over the
     test episodes, world by world.

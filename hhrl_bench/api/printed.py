@@ -28,7 +28,8 @@ class Printed:
         return str(self)
 
     def _repr_markdown_(self) -> str:
-        return "\n\n".join(block for table in self.tables() for block in markdown_table(table, "###"))
+        titled = (table._replace(title=table.full_title or table.title) for table in self.tables())
+        return "\n\n".join(block for table in titled for block in markdown_table(table, "###"))
 
 
 class Shown(Printed):

@@ -320,11 +320,15 @@ def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) 
     if as_json:
         typer.echo(json.dumps(rows, indent=2))
         return
-    screen, names = console(), list(rows[0])
+    screen, alike = console(), {name: value for name, value in rows[0].items() if all(row[name] == value for row in rows)}
+    names = [name for name in rows[0] if name not in alike]
     tables = [_rows_table(rows, names[:count], title) for count in range(len(names), 0, -1)]
     if left_out := print_widest(screen, tables, wrapped=True):
         missing = ", ".join(names[len(names) - left_out :])
         screen.print(f"A wider terminal shows {missing} too; so does --json.", style="dim", highlight=False)
+    if alike:
+        said = "; ".join(f"{name} {_said(value)}" for name, value in alike.items())
+        screen.print(f"The same for all: {said}.", style="dim", highlight=False)
 
 
 def _rows_table(rows: Rows, names: Sequence[str], title: str | None) -> "Table":

@@ -38,5 +38,10 @@ def check(task: Annotated[str, typer.Argument(metavar="FILE", help=TASK_HELP, sh
     ranges = ", ".join(f"{one.name} from {one.start:,}" for one in (chosen.train, chosen.validation, chosen.test))
     typer.echo(f"{scenario.id}: a valid scenario, spec hash {scenario.spec_hash[:12]}")
     typer.echo(f"goal {scenario.goal.name}, options {goals}, {scenario.num_actions} levels, {scenario.horizon} steps")
-    typer.echo(f"{feasible_share(scenario, SURVEYED):.1%} of {SURVEYED:,} worlds as they are drawn can be solved")
+    share = feasible_share(scenario, SURVEYED)
+    if scenario.feasible_only and share == 0.0:
+        raise InputError(
+            f"scenario {scenario.id!r} draws no feasible world of {SURVEYED:,}, so no episode can begin; {INFEASIBLE_HINT}"
+        )
+    typer.echo(f"{share:.1%} of {SURVEYED:,} worlds as they are drawn can be solved")
     typer.echo(f"training budget {chosen.env_steps:,} env steps a seed; worlds: {ranges}")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hhrl_agents import HierarchicalAgent
 from hhrl_bench.evaluation.factories import make_agent
-from hhrl_bench.evaluation.guarded_agent import GuardedAgent, attend, attentive, checked, guarded
+from hhrl_bench.evaluation.guarded_agent import GuardedAgent, attend, attentive, checked_actions, guarded
 from hhrl_bench.extensions import load_extensions
 from hhrl_bench.isolation import frames
 from hhrl_bench.isolation.confinement import confine
@@ -113,4 +113,4 @@ def _act_with_option(
     agent: HierarchicalAgent, num_actions: int, observations: Floats32, option: Ints
 ) -> Sequence[NDArray[Any]]:
     answer = guarded(lambda: agent.act_with_option(observations, option), "act")
-    return (checked(answer, "actions", len(observations), 0, num_actions - 1),)
+    return (checked_actions(answer, len(observations), num_actions),)

@@ -31,6 +31,8 @@ _NOT_THE_USERS = ("<string>", "<frozen", *(folder + os.sep for folder in (*_LIBR
 OPTIONS: Mapping[OptionName, Option] = {goal.name: goal.option for goal in SUB_GOALS}
 """The options by the names of their sub-goals, in their order."""
 
+_OPTION_WORDS = {NO_OPTION: "flat", **{int(goal.option): goal.spelling for goal in SUB_GOALS}}
+
 
 def option_name(spelling: str | None) -> OptionName | None:
     """Return the option's name, given that or the paper's, in any case; None for None.
@@ -80,8 +82,7 @@ class GuardedAgent(NamedTuple):
                 f"the agent's act returned {type(answer).__name__}; return Decision(option, action), or an array of "
                 "actions"
             )
-        option = checked(answer[0], "options", rows, -1, len(Option) - 1)
-        return Decision(option, checked(answer[1], "actions", rows, 0, self.num_actions - 1))
+        return Decision(checked_options(answer[0], rows), checked_actions(answer[1], rows, self.num_actions))
 
     def _ask(self, observations: Floats32) -> object:
         if self.option is None:
@@ -145,16 +146,28 @@ def _blamed(error: BaseException) -> str:
     return f"{Path(blamed.filename).name}, line {blamed.lineno}"
 
 
-def checked(values: object, what: str, rows: int, low: int, high: int) -> Ints:
-    """Return an agent's choices as int64 [rows]; raise an ``AgentError`` unless they are integers in [low, high]."""
+def checked_options(values: object, rows: int) -> Ints:
+    """Return an agent's options as int64 [rows], -1 where it is flat; raise an ``AgentError`` for anything else."""
+    *others, last = (f"{number} ({meaning})" for number, meaning in _OPTION_WORDS.items())
+    return _checked(values, "options", rows, range(NO_OPTION, len(Option)), f"{', '.join(others)} or {last}")
+
+
+def checked_actions(values: object, rows: int, num_actions: int) -> Ints:
+    """Return an agent's actions as int64 [rows]; raise an ``AgentError`` for anything else than indices of levels."""
+    write = f"indices of scenario.vehicle.levels, 0 to {num_actions - 1}"
+    return _checked(values, "actions", rows, range(num_actions), write)
+
+
+def _checked(values: object, what: str, rows: int, allowed: range, write: str) -> Ints:
     try:
         array = np.asarray(values)
     except (ValueError, TypeError, RuntimeError) as error:  # the last one from a tensor on another device
-        raise AgentError(f"the agent's {what} are no array; return integers of shape ({rows},)") from error
+        raise AgentError(f"the agent's {what} are no array; return integers of shape ({rows},), {write}") from error
     if array.shape != (rows,) or array.dtype.kind not in "iu":
         raise AgentError(
-            f"the agent's {what} have shape {array.shape} and type {array.dtype}; return integers of shape ({rows},)"
+            f"the agent's {what} have shape {array.shape} and type {array.dtype}; "
+            f"return integers of shape ({rows},), {write}"
         )
-    if array.min() < low or array.max() > high:
-        raise AgentError(f"the agent's {what} go from {array.min()} to {array.max()}; return {low} to {high}")
+    if array.min() < allowed[0] or array.max() > allowed[-1]:
+        raise AgentError(f"the agent's {what} go from {array.min()} to {array.max()}; return {write}")
     return array.astype(np.int64)

@@ -59,8 +59,8 @@ def markdown_table(table: Table, level: str, entry: str = "") -> Iterator[str]:
             lines.append(f"| **{plain(group.name)}** |{' |' * len(table.columns)}")
         lines += [_line([row.full_name, *map(_said, row.cells)]) for row in group.rows]
     yield "\n".join(lines)
-    if table.notes:
-        yield "\n".join(f"- {plain(note.text)}" for note in table.notes)
+    if notes := table.all_notes:
+        yield "\n".join(f"- {plain(note.text)}" for note in notes)
 
 
 def plain(text: str) -> str:

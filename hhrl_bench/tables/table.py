@@ -1,6 +1,6 @@
 """The one model of a table: a builder for each table makes it, and terminal, Markdown and HTML show it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Literal, NamedTuple
 
 from hhrl_bench.evaluation.metrics import Metric
@@ -9,10 +9,14 @@ from hhrl_bench.text import NAME_WIDTH, NONE
 
 
 class Cell(NamedTuple):
-    """A number as text, and the bounds of its interval; None: there is none."""
+    """A number as text, and the bounds of its interval; None: there is none.
+
+    ``no_width``: whether both bounds are the same number.
+    """
 
     value: str | None = None
     bounds: str | None = None
+    no_width: bool = False
 
 
 class Column(NamedTuple):
@@ -71,6 +75,13 @@ class Note(NamedTuple):
     column: int | None = None
 
 
+NO_WIDTH = Note(
+    "Equal bounds: all training seeds, or all episodes, came to the same. Others may not.",
+    without_intervals="",
+)
+"""What to know of intervals without a width: a bootstrap finds nothing that varies."""
+
+
 class TerminalFit(NamedTuple):
     """How a table becomes narrower in a terminal without room for all of it.
 
@@ -109,6 +120,12 @@ class Table(NamedTuple):
     terminal_names: str | None = None
     fit: TerminalFit = TerminalFit()
 
+    @property
+    def all_notes(self) -> tuple[Note, ...]:
+        """The notes, and the one about intervals without a width if there is such an interval."""
+        cells = (cell for group in self.groups for row in group.rows for cell in row.cells)
+        return (*self.notes, NO_WIDTH) if any(cell.no_width for cell in cells) else self.notes
+
 
 def joined(title: str, tables: Sequence[Table]) -> Table:
     """Return one table in place of several with the same columns and notes: each is a group, named by its title."""
@@ -136,15 +153,20 @@ def metric_cell(metric: Metric, record: MetricRecord | None) -> Cell:
     return Cell() if record is None else number_cell(metric, record.mean, record.low, record.high)
 
 
+def bounded_cell(value: str, low: float | None, high: float | None, shown: Callable[[float], str]) -> Cell:
+    """Return a number as text, with the bounds of its interval as ``shown`` writes them if both are known."""
+    if low is None or high is None:
+        return Cell(value)
+    return Cell(value, f"{shown(low)}, {shown(high)}", no_width=low == high)
+
+
 def number_cell(metric: Metric, mean: float | None, low: float | None = None, high: float | None = None) -> Cell:
     """Return a mean with the bounds of its interval, rates in percent."""
     if mean is None:
         return Cell()
-    value = metric_text(metric, mean) + ("%" if metric.is_rate else "")
-    if low is None or high is None:
-        return Cell(value)
     scale = 100.0 if metric.is_rate else 1.0
-    return Cell(value, ", ".join(_bound(bound * scale, metric.bound_digits) for bound in (low, high)))
+    value = metric_text(metric, mean) + ("%" if metric.is_rate else "")
+    return bounded_cell(value, low, high, lambda bound: _bound(bound * scale, metric.bound_digits))
 
 
 def percent(metric: MetricRecord) -> str:

@@ -143,7 +143,7 @@ def _cell(cell: Cell, *, intervals: bool) -> Text:
 def _said(tables: Sequence[Table], shown: Sequence[Layout], place: int) -> list[str]:
     """Return what is said of tables in the layout at a place: the notes of all, each once, and what is left out."""
     layout, widest = shown[place], shown[0]
-    notes = (_note(note, layout) for table in tables for note in table.notes)
+    notes = (_note(note, layout) for table in tables for note in table.all_notes)
     lines = [note for note in dict.fromkeys(notes) if note]
     if place > 0:
         lines.append(f"A wider terminal shows {tables[0].fit.wider[layout.columns != widest.columns]}.")

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
-from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, TerminalFit
+from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, TerminalFit, bounded_cell
 from hhrl_bench.tasks.seeds import format_seeds
 from hhrl_bench.training.learning_curves import THRESHOLD
 from hhrl_bench.transfer.records import SeedsMetricRecord, TransferRecord
@@ -18,8 +18,7 @@ class ArmColumn(NamedTuple):
 
 
 def _rate(metric: SeedsMetricRecord) -> Cell:
-    bounds = None if metric.low is None or metric.high is None else f"{_percent(metric.low)}, {_percent(metric.high)}"
-    return Cell(None if metric.mean is None else f"{metric.mean:.1%}", bounds)
+    return Cell() if metric.mean is None else bounded_cell(f"{metric.mean:.1%}", metric.low, metric.high, _percent)
 
 
 def _percent(rate: float) -> str:
@@ -34,8 +33,7 @@ def _gain(name: str) -> Callable[[TransferRecord], Cell]:
         if metric.mean is None:
             return Cell()
         count = f" ({metric.n} of {len(row.seeds)})" if metric.n < len(row.seeds) else ""
-        bounds = None if metric.low is None or metric.high is None else f"{metric.low:z.2f}, {metric.high:z.2f}"
-        return Cell(f"{metric.mean:+z.2f}{count}", bounds)
+        return bounded_cell(f"{metric.mean:+z.2f}{count}", metric.low, metric.high, "{:z.2f}".format)
 
     return cell
 

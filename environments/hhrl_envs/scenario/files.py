@@ -107,7 +107,11 @@ def _made(kind: type, data: Any, place: str) -> Any:
     _require_keys(data, list(declared), required, place)
     hints = get_type_hints(kind)
     inside = f"{place}." if place else ""
-    return kind(**{key: _value(hints[key], value, inside + key) for key, value in data.items()})
+    values = {key: _value(hints[key], value, inside + key) for key, value in data.items()}
+    try:
+        return kind(**values)
+    except InputError as error:  # which says the class of the part, where a file has its place
+        raise InputError(str(error).replace(f"{kind.__name__}.", inside, 1)) from error
 
 
 def _value(hint: Any, value: Any, place: str) -> Any:

@@ -40,7 +40,7 @@ def test_training_seeds_give_a_probability_and_a_table(several: Evaluation) -> N
     assert (success.runs, success.other_runs, success.difference.interval) == (5, 1, "bootstrap-seeds")
     assert success.probability_more is not None
     assert success.probability_more.mean == 1.0
-    assert f"less rule-2 on stop-line-v0, {EPISODES} test episodes" in str(comparison)
+    assert f"minus rule-2 on stop-line-v0, {EPISODES} test episodes" in str(comparison)
     frame = comparison.to_frame().set_index("metric")
     assert frame.loc["success", "low"] == success.difference.low
 

@@ -56,6 +56,7 @@ def test_a_terminal_s_width_is_heeded(several: Evaluation, monkeypatch: pytest.M
     monkeypatch.setenv("COLUMNS", "60")
     assert max(map(len, str(several).splitlines())) <= 60
     assert "| hybrid-hrl |" in several._repr_markdown_()
+    assert several._repr_markdown_().startswith(f"### stop-line-v0, {EPISODES} test episodes")
 
 
 def test_one_agent_of_several_is_the_same_alone(several: Evaluation, rule_2: Evaluation) -> None:

@@ -314,7 +314,16 @@ def test_lists_keep_ids_whole_where_there_is_little_room(columns: int) -> None:
         assert max(map(len, lines)) <= columns
         assert {line.split()[0] for line in lines if line.strip()} >= {*names}
         assert not any("\N{HORIZONTAL ELLIPSIS}" in line for line in lines)
-    assert "shows train_seeds, validation_seeds, test_seeds too" in invoke("list", "tasks", columns=80).stdout
+    assert "shows drives, opponent too" in invoke("list", "tasks", columns=60).stdout
+
+
+def test_what_is_the_same_for_all_tasks_is_said_once_below_them() -> None:
+    lines = invoke("list", "tasks", columns=100).stdout.splitlines()
+    assert lines[0].split() == ["id", "scenario", "env_steps", "drives", "opponent"]
+    assert " ".join(" ".join(lines[-2:]).split()) == (
+        "The same for all: train_seeds 0 to 999,999,999; validation_seeds 1,000,000,000 to 1,999,999,999; "
+        "test_seeds 2,000,000,000 to 2,999,999,999."
+    )
 
 
 def test_version_and_help() -> None:

@@ -43,7 +43,7 @@ def test_the_table_fits_and_names_every_agent_and_task(width: int) -> None:
     text = " ".join(" ".join(lines).split())
     assert "…" not in text
     for task in ("stop-line-v0", "stop-line-wet-v0"):
-        assert f"less rule-4 on {task}, 2 test episodes" in text
+        assert f"minus rule-4 on {task}, 2 test episodes" in text
     assert text.count("rule-plus") == text.count("hybrid-hrl") == 2
     assert ("wider terminal" in text) == (width < 250)
 
@@ -71,3 +71,14 @@ def test_every_metric_that_agents_are_compared_by_is_shown_success_first() -> No
     headings = [column.wide for column in table.columns[::2]]
     assert len(headings) == len(METRICS)
     assert headings[:4] == ["success", "collision", "not\nstop", "timeout"]
+
+
+def test_one_agent_is_named_with_what_its_interval_is_of_and_no_probability_that_it_has_not() -> None:
+    rules = [Runs(name, [np.array(values)]) for name, values in (("rule-4", [0.5, 0.5]), ("rule-plus", [0.0, 0.5]))]
+    pairs = [compare(*rules, "stop-line-v0", metric, np.random.default_rng(0)) for metric in METRICS]
+    (table,) = comparison_tables(pairs)
+    assert table.full_title == "rule-4 minus rule-plus on stop-line-v0, 2 test episodes"
+    assert [column.line for column in table.columns[:3]] == ["success", "collision", "not stop"]
+    said = " ".join(note.text for note in table.notes)
+    assert said.endswith("is its 95% interval, a bootstrap over the test episodes, world by world.")
+    assert "P:" not in said

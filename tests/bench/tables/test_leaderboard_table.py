@@ -21,7 +21,7 @@ def shown(board: LeaderboardRecord, folder: Path, *arguments: str, columns: int 
 
 def test_details_add_worst_cases_comparisons_and_efficiency(tmp_path: Path) -> None:
     short, long = (" ".join(shown(whole_board(), tmp_path, *one).split()) for one in ([], ["--details"]))
-    for said in ("Worst cases on stop-line-v0", "less rule-4 on stop-line-v0", "Thousand env steps to 93%"):
+    for said in ("Worst cases on stop-line-v0", "minus rule-4 on stop-line-v0", "Thousand env steps to 93%"):
         assert said not in short
         assert said in long
     assert long.startswith(short[:500])

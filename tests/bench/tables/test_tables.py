@@ -9,13 +9,13 @@ import pytest
 from rich.console import Console
 
 from hhrl_bench.evaluation import metrics
-from hhrl_bench.evaluation.metrics import Metric, register_metric
+from hhrl_bench.evaluation.metrics import METRICS, Metric, register_metric
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.publishing.html_page import html
-from hhrl_bench.tables.markdown import suite_page
+from hhrl_bench.tables.markdown import markdown_table, suite_page
 from hhrl_bench.tables.results import results_table
-from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, TerminalFit, joined
+from hhrl_bench.tables.table import Cell, Column, Group, Note, Row, Table, TerminalFit, joined, number_cell
 from hhrl_bench.tables.terminal import layouts, print_table
 from support.pages import Page
 from support.whole_board import whole_board
@@ -79,6 +79,16 @@ def test_notes_are_of_what_is_shown_and_the_last_one_says_what_is_not() -> None:
     assert wide.endswith("of intervals of all of the last")
     assert bare.endswith("of all of the last A wider terminal shows intervals.")
     assert narrow.replace(" ", "").endswith("ofallAwiderterminalshowscolumns.")
+
+
+def test_an_interval_without_a_width_is_told_from_certainty() -> None:
+    shown = table(TerminalFit("first"), 0)
+    sure, rounded = (number_cell(METRICS["success"], 1.0, low, 1.0) for low in (1.0, 0.9999))
+    assert (sure.bounds, rounded.bounds) == ("100, 100", "100, 100")
+    for cell, said in ((sure, 1), (rounded, 0)):
+        one = shown._replace(groups=(Group("", (Row("a", (cell,)),)),))
+        assert printed(one, 80).count("Equal bounds") == "\n".join(markdown_table(one, "#")).count("Equal bounds") == said
+        assert "Equal bounds" not in printed(one, 12)
 
 
 def test_joined_tables_are_groups_of_one() -> None:

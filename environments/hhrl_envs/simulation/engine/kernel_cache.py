@@ -2,7 +2,6 @@
 
 import hashlib
 import logging
-import multiprocessing
 import os
 import stat
 from collections.abc import Callable
@@ -16,6 +15,7 @@ import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 _FOLDERS = ("scenario", "simulation", "networks", "replay", "algorithms")
+_SAID = "HHRL_KERNEL_PLACE_SAID"  # in the environment, which the processes of workers and of users' agents inherit
 
 
 def digest_sources(package: Path) -> str:
@@ -102,9 +102,10 @@ def keep(kernel: Any) -> None:
             _say(f"NUMBA_CACHE_DIR is passed over: {asked} cannot be written, or others than you can write there")
 
 
-@cache
 def _say(line: str) -> None:
-    if multiprocessing.parent_process() is None:
+    """Say a line, unless this process has said one, or the process that began it."""
+    if _SAID not in os.environ:
+        os.environ[_SAID] = "1"
         logging.getLogger("hhrl_envs").warning("hhrl_envs: %s", line)
 
 

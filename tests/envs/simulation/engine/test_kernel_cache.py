@@ -15,7 +15,7 @@ import numba
 import pytest
 
 import hhrl_envs
-from hhrl_envs.simulation.engine.kernel_cache import _say, digest_sources
+from hhrl_envs.simulation.engine.kernel_cache import _SAID, digest_sources
 
 PACKAGE = Path(hhrl_envs.__file__).parent
 
@@ -78,7 +78,8 @@ def imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], An
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "kept"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
-    _say.cache_clear()
+    monkeypatch.setenv(_SAID, "")
+    monkeypatch.delenv(_SAID)
 
     def load() -> Any:
         for name in ("little", "little.kernels"):
@@ -140,6 +141,21 @@ def test_kernels_are_compiled_in_memory_where_every_folder_is_another_users(
         message for message in caplog.messages if "set NUMBA_CACHE_DIR to a folder of your own" in message
     ] == caplog.messages
     assert len(caplog.messages) == 1
+
+
+def test_a_process_that_another_one_has_begun_does_not_say_it_again(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()  # where the folder would be
+    again = "import subprocess, sys, hhrl_envs; subprocess.run([sys.executable, '-c', 'import hhrl_envs'])"
+    unsaid = {name: value for name, value in os.environ.items() if name != _SAID}
+    ended = subprocess.run(
+        [sys.executable, "-c", again],
+        env=unsaid | {"NUMBA_CACHE_DIR": str(tmp_path / "file")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    (line,) = ended.stderr.splitlines()
+    assert line.startswith(f"hhrl_envs: NUMBA_CACHE_DIR is passed over: {tmp_path / 'file'}")
 
 
 def test_a_folder_that_cannot_be_written_any_more_does_not_matter(imported: Callable[[], Any], tmp_path: Path) -> None:
