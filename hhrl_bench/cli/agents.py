@@ -320,7 +320,8 @@ def _print_rows(rows: Rows, *, title: str | None = None, as_json: bool = False) 
     if as_json:
         typer.echo(json.dumps(rows, indent=2))
         return
-    screen, alike = console(), {name: value for name, value in rows[0].items() if all(row[name] == value for row in rows)}
+    screen = console()
+    alike = {name: value for name, value in rows[0].items() if all(row[name] == value for row in rows)}
     names = [name for name in rows[0] if name not in alike]
     tables = [_rows_table(rows, names[:count], title) for count in range(len(names), 0, -1)]
     if left_out := print_widest(screen, tables, wrapped=True):

@@ -44,7 +44,11 @@ def comparison_table(comparisons: Sequence[PairwiseRecord], metrics: Sequence[Me
     return Table(
         f"{compared.capitalize()}, less that of {first.other}",
         "agent",
-        tuple(column for i, metric in enumerate(metrics) for column in _columns(metric, -i, alone=len(metrics) == 1)[:count]),
+        tuple(
+            column
+            for i, metric in enumerate(metrics)
+            for column in _columns(metric, -i, alone=len(metrics) == 1)[:count]
+        ),
         (Group("", tuple(rows)),),
         (_DIFFERENCES, *((_PROBABILITY,) if count > 1 else ()), *_intervals(comparisons)),
         full_title=f"{whose} minus {first.other} on {first.task}, {first.episodes:,} test episodes",
@@ -76,4 +80,6 @@ def _cells(metric: Metric, one: PairwiseRecord | None) -> tuple[Cell, Cell]:
         return Cell(), Cell()
     more, ends = one.probability_more, (one.difference.low, one.difference.high)
     probability = bounded_cell(f"{more.mean:.2f}", more.low, more.high, "{:.2f}".format) if more else Cell()
-    return bounded_cell(metric_text(metric, mean, "+"), *ends, lambda bound: metric_text(metric, bound, "+")), probability
+    return bounded_cell(
+        metric_text(metric, mean, "+"), *ends, lambda bound: metric_text(metric, bound, "+")
+    ), probability

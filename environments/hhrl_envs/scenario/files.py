@@ -110,8 +110,9 @@ def _made(kind: type, data: Any, place: str) -> Any:
     values = {key: _value(hints[key], value, inside + key) for key, value in data.items()}
     try:
         return kind(**values)
-    except InputError as error:  # which says the class of the part, where a file has its place
-        raise InputError(str(error).replace(f"{kind.__name__}.", inside, 1)) from error
+    except InputError as error:  # which speaks of classes and tuples, where a file has keys and lists
+        said = str(error).replace(f"{kind.__name__}.", inside, 1).replace("write a tuple", "write a list")
+        raise InputError(said) from error
 
 
 def _value(hint: Any, value: Any, place: str) -> Any:

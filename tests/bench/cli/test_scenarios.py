@@ -28,6 +28,7 @@ def test_a_scenario_is_shown_as_a_file_and_checked(folder: Path) -> None:
     assert checked.exit_code == 0
     assert "my-road-v0: a valid scenario" in checked.stdout
     assert "goal STOP, options stop, follow, 6 levels, 600 steps" in checked.stdout
+    assert "100.0% of 1,000 worlds as they are drawn can be solved; others are drawn anew" in checked.stdout
     assert "training budget 1,000,000 env steps a seed; worlds: train from 0, validation from 1,000,000,000, test" in (
         checked.stdout
     )
@@ -41,6 +42,11 @@ def test_a_scenario_is_shown_as_a_file_and_checked(folder: Path) -> None:
             ("scenario", "check", "bad.json"),
             "bad.json: it has the unknown key 'idd', did you mean 'id'; write some of",
         ),
+        (("scenario", "check", "wet.json"), "wet.json: road.friction is 7; write a coefficient from 0.01 to 1.5"),
+        (
+            ("scenario", "check", "short.json"),
+            "scenario 'my-road-v0' draws no feasible world; give it wider gaps, more",
+        ),
         (("scenario", "show", "stop-lin"), "unknown task 'stop-lin', did you mean stop-line-v0; known tasks: "),
         (("evaluate", "rule-4", "--task", "taken.json"), "the id 'stop-line-v0' is that of a registered scenario with"),
         (("transfer", "--source", "ddqn", "--target", "bad.json"), "bad.json: it has the unknown key 'idd'"),
@@ -50,6 +56,9 @@ def test_bad_input_is_one_line(words: tuple[str, ...], said: str, folder: Path) 
     data = json.loads(invoke("scenario", "show", "stop-line-v0").stdout)
     (folder / "bad.json").write_text(json.dumps({"idd": "my-road-v0"}))
     (folder / "taken.json").write_text(json.dumps(data | {"horizon": 700}))
+    for name, road in (("wet", {"friction": 7}), ("short", {"start_distance": [2, 3], "friction": 0.05})):
+        own = {"id": "my-road-v0", "road": data["road"] | road}
+        (folder / f"{name}.json").write_text(json.dumps(data | own))
     result = invoke(*words)
     assert (result.exit_code, result.stdout) == (2, "")
     (line,) = result.stderr.splitlines()

@@ -145,7 +145,10 @@ def test_the_rates_of_the_metrics_add_up_to_one() -> None:
         (lambda obs: (np.full(len(obs), -1), np.full(len(obs), np.nan)), "type float64"),
         (lambda obs: (np.full(len(obs), -1), np.full(len(obs), SCENARIO.num_actions)), "vehicle.levels, 0 to 5$"),
         (lambda obs: (np.full(len(obs), -1), np.full(len(obs), -1)), "actions go from -1 to -1"),
-        (lambda obs: (np.full(len(obs), 2), np.zeros(len(obs), int)), r"options go from 2 to 2; return -1 \(flat\), 0 \(SSL\) or 1 \(FFV\)$"),
+        (
+            lambda obs: (np.full(len(obs), 2), np.zeros(len(obs), int)),
+            r"options go from 2 to 2; return -1 \(flat\), 0 \(SSL\) or 1 \(FFV\)$",
+        ),
         (lambda obs: (np.full(len(obs), -1), [[0], [0, 1]]), "actions are no array"),
         (lambda _: 1 // 0, r"raised ZeroDivisionError: .* \(test_paired_evaluation.py, line \d+\)"),
     ],

@@ -74,8 +74,8 @@ def test_every_metric_that_agents_are_compared_by_is_shown_success_first() -> No
 
 
 def test_one_agent_is_named_with_what_its_interval_is_of_and_no_probability_that_it_has_not() -> None:
-    rules = [Runs(name, [np.array(values)]) for name, values in (("rule-4", [0.5, 0.5]), ("rule-plus", [0.0, 0.5]))]
-    pairs = [compare(*rules, "stop-line-v0", metric, np.random.default_rng(0)) for metric in METRICS]
+    one, other = Runs("rule-4", [np.array([0.5, 0.5])]), Runs("rule-plus", [np.array([0.0, 0.5])])
+    pairs = [compare(one, other, "stop-line-v0", metric, np.random.default_rng(0)) for metric in METRICS]
     (table,) = comparison_tables(pairs)
     assert table.full_title == "rule-4 minus rule-plus on stop-line-v0, 2 test episodes"
     assert [column.line for column in table.columns[:3]] == ["success", "collision", "not stop"]
