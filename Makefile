@@ -4,7 +4,7 @@ BIN := .venv/bin
 INPUTS ?= 100000
 SEED ?= 0
 ATTACKS ?=
-CLIENTS := zoo tianshou skrl benchmarl agilerl
+CLIENTS := zoo tianshou skrl benchmarl agilerl imitation
 
 EXACT := PYTHONPATH=tests $(BIN)/python -m support.exactness
 
@@ -28,7 +28,7 @@ help:
 	@echo "make docs       write the API documentation, one page a module, into site/"
 	@echo "make exact      compare trajectories, decisions and trainings with those of kernels for a plain x86-64 processor"
 	@echo "make exact-arm64 compare them with those of an emulated ARM64 one; needs Debian's qemu-user-static and mmdebstrap"
-	@echo "make interop    try libraries that need other versions: RLlib, RL Zoo, Tianshou, skrl, BenchMARL, AgileRL, trackers"
+	@echo "make interop    try libraries beside other versions: RLlib, RL Zoo, Tianshou, skrl, BenchMARL, AgileRL, imitation, trackers"
 	@echo "make cluster    run a suite on a Ray cluster of three nodes and kill one, in .venv-ray"
 	@echo "make kills      kill a run at twenty random moments, and resume it each time"
 	@echo "make lowest     try the lowest versions that are declared, in .venv-lowest"
@@ -149,7 +149,11 @@ $(BIN)/python:
 .venv-clients/%/installed: pyproject.toml tests/interop/%.txt
 	test -x .venv-clients/$*/bin/python || $(PYTHON) -m venv .venv-clients/$*
 	.venv-clients/$*/bin/pip install --quiet --disable-pip-version-check --requirement tests/interop/$*.txt --editable .
+	$(if $(NO_DEPS),.venv-clients/$*/bin/pip install --quiet --disable-pip-version-check --no-deps $(NO_DEPS))
 	touch $@
+
+# It asks for Gymnasium 0.29 and Stable-Baselines3 2.2, and runs with later ones.
+.venv-clients/imitation/installed: NO_DEPS := imitation==1.0.1
 
 .venv-trackers/installed: pyproject.toml constraints-trackers.txt
 	test -x .venv-trackers/bin/python || $(PYTHON) -m venv .venv-trackers
