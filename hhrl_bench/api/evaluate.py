@@ -5,14 +5,13 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-import hhrl_agents
-from hhrl_agents import Agent
+from hhrl_agents import Agent, ClairvoyantAgent, rules
 from hhrl_agents.policies.learned_agent import LearnedAgent
 from hhrl_bench.api.evaluation import Evaluation, Scored
 from hhrl_bench.errors import AgentError
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents, training_record
-from hhrl_bench.evaluation.records import TrainingRecord
+from hhrl_bench.evaluation.records import Kind, TrainingRecord
 from hhrl_bench.evaluation.results import Update, play_run, silent
 from hhrl_bench.schema import OptionName
 from hhrl_bench.tasks.tasks import AnyTask, Task, get_task
@@ -66,8 +65,9 @@ def _loaded(name: str, agent: AnyAgent, task: Task) -> list[LoadedAgent]:
         return load_agents(agent, get_scenario(task.scenario))
     if isinstance(agent, LearnedAgent):
         return [LoadedAgent("learned", lambda: agent, training=_training(agent, name))]
-    ours = type(agent).__module__.startswith(f"{hhrl_agents.__name__}.")
-    return [LoadedAgent("rule" if ours else "factory", lambda: agent)]
+    ours = type(agent).__module__.startswith(f"{rules.__name__}.")
+    kind: Kind = "factory" if not ours else "oracle" if isinstance(agent, ClairvoyantAgent) else "rule"
+    return [LoadedAgent(kind, lambda: agent)]
 
 
 def _training(agent: LearnedAgent, name: str) -> TrainingRecord | None:
@@ -99,13 +99,29 @@ def _agent(agent: Any) -> AnyAgent:
         raise AgentError(f"{agent.__name__} is a class; give an agent, such as {agent.__name__}(scenario)")
     if isinstance(agent, str | Path | Agent):
         return agent
-    raise AgentError(f"{agent!r} is no agent; give its name, or an object with act and reset, such as from_sb3(model)")
+    raise AgentError(f"{_shown(agent)} is no agent; {_instead(agent)}")
+
+
+def _shown(thing: Any) -> str:
+    return str(getattr(thing, "__name__", repr(thing) if thing is None else type(thing).__name__))
+
+
+def _instead(thing: Any) -> str:
+    """Return what to give in place of something that is no agent."""
+    if hasattr(thing, "predict"):
+        return "give from_sb3(model)"
+    if isinstance(thing, Sequence):
+        return "to give one agent several training seeds, name the folder of their files, or module:factory@0-9"
+    if callable(thing):
+        name = _shown(thing)
+        return f"give what it makes, such as {name}(scenario), or from_callable({name}) if it decides itself"
+    return "give its name, or an object with act and reset"
 
 
 def _name(agent: AnyAgent) -> str:
     if isinstance(agent, str | Path):
         return str(agent)
-    return agent.method.id if isinstance(agent, LearnedAgent) else type(agent).__name__
+    return agent.method.id if isinstance(agent, LearnedAgent) else str(getattr(agent, "name", type(agent).__name__))
 
 
 def _option_name(option: Option | None) -> OptionName | None:

@@ -62,8 +62,8 @@ class Evaluation(Printed):
     """Agents in the same test episodes of a task. It prints as the table that ``hhrl-bench evaluate`` prints.
 
     ``evaluation["rule-4"]`` is the same of one agent alone; iterating gives the names of the agents, ``len`` the number
-    of episodes. With a single policy, all that its ``records`` have is an attribute too: ``evaluation.outcome``,
-    ``evaluation.steps``, ``evaluation.digest()``.
+    of episodes. With a single policy, all that its ``records`` have is an attribute too, and so are the numbers of
+    every metric [episodes]: ``evaluation.outcome``, ``evaluation.digest()``, ``evaluation.success``.
 
     Attributes:
         task: the task.
@@ -92,7 +92,8 @@ class Evaluation(Printed):
             records = self.records
         except InputError as error:
             raise AttributeError(f"an evaluation has no {name!r}: {error}") from error
-        return getattr(records, name)
+        known = hasattr(records, name) or name not in METRICS
+        return getattr(records, name) if known else METRICS[name].values(records)
 
     @property
     def results(self) -> tuple[ResultRecord, ...]:

@@ -1,12 +1,14 @@
 """The commands that list what is registered, train methods and evaluate agents."""
 
 import json
+import re
 import shlex
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from functools import partial
+from inspect import getdoc
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -266,17 +268,23 @@ def _agents() -> Rows:
     from hhrl_bench.evaluation.sources import shipped_methods
 
     shipped = shipped_methods()
-    kinds = {**dict.fromkeys(RULES, "rule"), **dict.fromkeys(ORACLES, "oracle")}
-    summaries = dict.fromkeys(ORACLES, "knows how the traffic will drive, and takes the quickest way")
+    kinds = {"rule": RULES, "oracle": ORACLES}
     rules = [
-        {"id": name, "kind": kind, "shipped_seeds": None, "summary": summaries.get(name)}
-        for name, kind in kinds.items()
+        {"id": name, "kind": kind, "shipped_seeds": None, "summary": _summary(make)}
+        for kind, makers in kinds.items()
+        for name, make in makers.items()
     ]
     learned = [
         {"id": name, "kind": "learned", "shipped_seeds": shipped.get(name, 0), "summary": method.summary}
         for name, method in METHODS.items()
     ]
     return [*rules, *learned]
+
+
+def _summary(make: Callable[..., object]) -> str:
+    """Return what the first line of a constructor's docstring says of the agent."""
+    said = (getdoc(make) or "").partition("\n")[0].removesuffix(".")
+    return re.sub(r"^(Return the|An?) [\w` ]*?[Aa]gent`?( without memory)? that ", "", said)
 
 
 def _tasks() -> Rows:

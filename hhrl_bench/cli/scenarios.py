@@ -11,6 +11,9 @@ scenario_app = typer.Typer(help="Write and check scenario files.")
 SURVEYED = 1_000
 """Worlds by which the share of feasible ones is told."""
 
+MANY = 0.5
+"""The share of feasible worlds below which a scenario is likely not what its author wanted."""
+
 TaskArgument = Annotated[str, typer.Argument(metavar="TASK", help=TASK_HELP, show_default=False)]
 
 
@@ -39,6 +42,9 @@ def check(task: Annotated[str, typer.Argument(metavar="FILE", help=TASK_HELP, sh
     ranges = ", ".join(f"{one.name} from {one.start:,}" for one in (chosen.train, chosen.validation, chosen.test))
     typer.echo(f"{scenario.id}: a valid scenario, spec hash {scenario.spec_hash[:12]}")
     typer.echo(f"goal {scenario.goal.name}, options {goals}, {scenario.num_actions} levels, {scenario.horizon} steps")
-    solved = f"{feasible_share(scenario, SURVEYED):.1%} of {SURVEYED:,} worlds as they are drawn can be solved"
+    share = feasible_share(scenario, SURVEYED)
+    solved = f"{share:.1%} of {SURVEYED:,} worlds as they are drawn can be solved"
     typer.echo(f"{solved}; others are {'drawn anew' if scenario.feasible_only else 'kept'}")
+    if share < MANY:
+        typer.echo("few: give it wider gaps, more start_distance, less start_speed, more friction or a longer horizon")
     typer.echo(f"training budget {chosen.env_steps:,} env steps a seed; worlds: {ranges}")

@@ -57,13 +57,17 @@ def call_factory(name: str, scenario: Scenario, folder: Path) -> Agent:
     _require_arity(make, name, given)
     agent = guarded(lambda: make(*given), f"factory {name}, called with {_GIVEN[len(given)]},")
     if not isinstance(agent, Agent):
-        raise AgentError(f"{name} returned {type(agent).__name__}; return an agent: reset(mask) and act(observations)")
+        other = ", or from_callable of the function" if callable(agent) else ""
+        returned = f"{name} returned {type(agent).__name__}"
+        raise AgentError(f"{returned}; return an agent, with reset(mask) and act(observations){other}")
     return agent
 
 
 def require_module(name: str) -> None:
     """Raise an ``AgentError`` if there is no such module as ``module:factory`` names, without running any code."""
-    module = name.partition(":")[0]
+    module, _, factory = name.partition(":")
+    if module.endswith(".py"):
+        raise AgentError(f"{name!r} names a file; write the module, as in {Path(module).stem}:{factory}")
     top = module.partition(".")[0]
     if not top.isidentifier() or not _is_there(top):
         raise AgentError(f"cannot import {module!r}: ModuleNotFoundError: No module named {top!r}; {_HINT}")

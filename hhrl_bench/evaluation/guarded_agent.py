@@ -82,7 +82,8 @@ class GuardedAgent(NamedTuple):
                 f"the agent's act returned {type(answer).__name__}; return Decision(option, action), or an array of "
                 "actions"
             )
-        return Decision(checked_options(answer[0], rows), checked_actions(answer[1], rows, self.num_actions))
+        action = checked_actions(answer[1], rows, self.num_actions)  # first: a flat agent has said nothing else
+        return Decision(checked_options(answer[0], rows), action)
 
     def _ask(self, observations: Floats32) -> object:
         if self.option is None:

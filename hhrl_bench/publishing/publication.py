@@ -194,6 +194,11 @@ def require_of_suite(board: LeaderboardRecord) -> None:
     Raises:
         InputError: if there is no such suite, or the entry has other tasks, episodes, opponents, agents or seeds.
     """
+    if board.suite not in suites.SUITES:
+        raise RecordError(
+            f"{board.suite!r} is no registered suite, and only entries of those are published; "
+            "score your agent in one: hhrl-bench run --suite quick --agent AGENT"
+        )
     own = suites.get_suite(board.suite)
     _require_equal("tasks", [task.id for task in board.tasks], list(own.tasks), own.id)
     _require_equal("episodes", {task.episodes for task in board.tasks}, {own.episodes}, own.id)

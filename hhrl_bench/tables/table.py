@@ -76,7 +76,7 @@ class Note(NamedTuple):
 
 
 NO_WIDTH = Note(
-    "Equal bounds: all training seeds, or all episodes, came to the same. Others may not.",
+    "Equal bounds: all training seeds, or all episodes, came to one number. Few that agree are no certainty.",
     without_intervals="",
 )
 """What to know of intervals without a width: a bootstrap finds nothing that varies."""

@@ -755,7 +755,7 @@ def without_runs(record: LeaderboardRecord, first: int) -> LeaderboardRecord:
 def test_an_entry_of_a_folder_is_what_its_suite_makes(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
     suite = ScoreSuite("small", ("ddqn",), ("stop-line-v0",), small_board.EPISODES)
     honest = only(board, [DDQN], [0])
-    assert any("unknown suite" in finding.said for finding in check_suite("small", honest))
+    assert any("is no registered suite" in finding.said for finding in check_suite("small", honest))
     monkeypatch.setattr(suites, "SUITES", {"small": suite})
     assert list(check_suite("small", honest)) == list(check_suite("my-entry", honest)) == []
     fewer_seeds, longer = without_runs(honest, 4), replace(suite, episodes=9)

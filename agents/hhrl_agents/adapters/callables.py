@@ -33,10 +33,15 @@ def from_callable(
 
 
 class FunctionAgent:
-    """An agent whose ``act`` is a function."""
+    """An agent whose ``act`` is a function.
 
-    def __init__(self, act: Act, reset: Callable[[Flags], None] | None = None) -> None:
+    Attributes:
+        name: what tables call it: by default as the function is called.
+    """
+
+    def __init__(self, act: Act, reset: Callable[[Flags], None] | None = None, name: str | None = None) -> None:
         self._act, self._reset = act, reset
+        self.name = name or str(getattr(act, "__name__", type(act).__name__))
 
     def reset(self, mask: Flags) -> None:
         """Tell the function's owner which rows begin an episode; see `Agent.reset`."""

@@ -47,9 +47,10 @@ def from_onnx(path: str | Path, output: str | None = None, actions: int | None =
 
 
 class OnnxAgent:
-    """The agent of a session, whose ``outputs`` are those of the action level, or of both levels."""
+    """The agent of a session, whose ``outputs`` are those of the action level, or of both; ``name`` is the file's."""
 
     def __init__(self, path: Path, session: Any, outputs: Sequence[str], actions: int | None) -> None:
+        self.name = path.stem
         self._session, self._outputs, self._actions = session, list(outputs), actions
         rates = _memory(path, session.get_modelmeta().custom_metadata_map)
         self._memory = Traces(rates)

@@ -69,7 +69,7 @@ def from_sb3(model: Model | str | Path, actions: int | None = None, *, trust: bo
     """
     if isinstance(model, (str, Path)):
         path = Path(model)
-        return from_sb3(_trusted(path)) if trust else from_torch(read_policy(path), actions)
+        return from_sb3(_trusted(path)) if trust else from_torch(read_policy(path), actions, path.stem)
     if not hasattr(model, "predict") or getattr(getattr(model, "action_space", None), "n", None) is None:
         raise InputError(
             f"{type(model).__name__} with {getattr(model, 'action_space', 'no action space')} is no model of "
@@ -79,9 +79,10 @@ def from_sb3(model: Model | str | Path, actions: int | None = None, *, trust: bo
 
 
 class PredictingAgent:
-    """An agent that acts as its model predicts."""
+    """An agent that acts as its model predicts; ``name`` is that of the model's class."""
 
     def __init__(self, model: Model) -> None:
+        self.name = type(model).__name__
         self._model, self._state, self._begins = model, None, np.ones(0, np.bool_)
 
     def reset(self, mask: Flags) -> None:

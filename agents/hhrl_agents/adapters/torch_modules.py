@@ -11,13 +11,14 @@ if TYPE_CHECKING:
     import torch
 
 
-def from_torch(module: "torch.nn.Module", actions: int | None = None) -> Agent:
+def from_torch(module: "torch.nn.Module", actions: int | None = None, name: str | None = None) -> Agent:
     """Return the greedy agent of a torch module, which is put into evaluation mode.
 
     Args:
         module: takes observations, float32 [B, elements], on the device of its parameters. It returns values or logits,
             float [B, actions], or actions, int [B]; of a hierarchical policy a pair, that of the options first.
         actions: how many there are, so that a network of another scenario is refused.
+        name: what tables call the agent; by default as the module's class is called.
 
     Raises:
         MissingExtraError: without torch.
@@ -36,7 +37,7 @@ def from_torch(module: "torch.nn.Module", actions: int | None = None) -> Agent:
             return choices(_array(output[0]), rows), choices(_array(output[1]), rows, actions)
         return choices(_array(output), rows, actions)
 
-    return FunctionAgent(act)
+    return FunctionAgent(act, name=name or type(module).__name__)
 
 
 def _array(output: Any) -> Any:

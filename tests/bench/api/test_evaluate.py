@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 
-from hhrl_agents import RULES, Decision
+from hhrl_agents import ORACLES, RULES, Decision, from_callable
 from hhrl_agents.atomic_files import OutputError
 from hhrl_bench import Evaluation, evaluate, load_agent
 from hhrl_bench.errors import AgentError, SeedError
@@ -40,6 +41,10 @@ def several() -> Evaluation:
 @pytest.fixture(scope="module")
 def rule_2() -> Evaluation:
     return evaluate("rule-2", episodes=EPISODES)
+
+
+def stand(observations: Floats32) -> NDArray[np.int64]:
+    return np.zeros(len(observations), np.int64)
 
 
 def test_it_is_what_the_command_line_prints(several: Evaluation, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,7 +80,7 @@ def test_the_records_of_a_single_policy_are_attributes(rule_2: Evaluation) -> No
     assert len(rule_2) == len(rule_2.outcome) == EPISODES
     assert rule_2.steps is rule_2.records.steps
     assert rule_2.digest() == rule_2.records.digest()
-    assert np.mean(rule_2.outcome == Outcome.SUCCESS) == rule_2.result.metrics.success.mean
+    assert np.mean(rule_2.outcome == Outcome.SUCCESS) == np.mean(rule_2.success) == rule_2.result.metrics.success.mean
     assert not hasattr(rule_2, "nothing")
 
 
@@ -85,6 +90,11 @@ def test_agents_are_names_paths_and_objects() -> None:
     assert several.agents == ("mine", "given", "named")
     assert [one.kind for one in several.results] == ["factory", "rule", "rule"]
     assert several["given"].records.digest() == several["named"].records.digest()
+    function = evaluate(from_callable(stand), episodes=5)
+    assert [(one.agent, one.kind) for one in function.results] == [("stand", "factory")]
+    assert [one.kind for one in evaluate(ORACLES["oracle"](get_scenario("stop-line-v0")), episodes=5).results] == [
+        "oracle"
+    ]
     learned = load_agent("hybrid-hrl")
     alone = evaluate(learned, episodes=5)
     assert alone.agents == ("hybrid-hrl",)
@@ -98,8 +108,13 @@ def test_agents_are_names_paths_and_objects() -> None:
     [
         (["rule-4", "rule-4"], "two agents are called 'rule-4'; give them names"),
         ([], "no agent is given"),
-        ([7], "7 is no agent"),
+        ([7], "int is no agent"),
         ({"x": None}, "None is no agent"),
+        (["rule-4", stand], "stand is no agent; give what it makes"),
+        (
+            {"x": ["rule-4"]},
+            "list is no agent; to give one agent several training seeds, name the folder of their files",
+        ),
         ("rule-9", "unknown agent 'rule-9'"),
     ],
 )

@@ -103,3 +103,8 @@ def test_a_module_that_is_there_is_found_without_running_it(folder: Path, monkey
     require_module("needs_more:make")
     require_module("misspelt:make")
     assert "needs_more" not in sys.modules
+
+
+def test_a_file_is_not_a_module() -> None:
+    with pytest.raises(AgentError, match=r"'mine\.py:make' names a file; write the module, as in mine:make"):
+        require_module("mine.py:make")
