@@ -74,6 +74,9 @@ MAX_REPORTS = 10_000
 MAX_KEYS = 1000
 """Names in an object of JSON."""
 
+MAX_BRACKETS = 200_000
+"""Lists and objects in a file of JSON, most of which are far larger in memory than in the file."""
+
 FIRST = FailFast()
 """Of the items of a list, only the first one that is wrong is told: a file may hold millions of them."""
 
@@ -81,8 +84,11 @@ FIRST = FailFast()
 def require_plain(data: bytes) -> None:
     """Raise a ``ValueError`` unless some content is JSON in which no object has more than MAX_KEYS names, each once.
 
-    What is wrong with every name of an object is told, so there must not be millions of them.
+    What is wrong with every name of an object is told, so there must not be millions of them; nor of lists and objects,
+    of which it has at most MAX_BRACKETS.
     """
+    if (brackets := data.count(b"[") + data.count(b"{")) > MAX_BRACKETS:
+        raise ValueError(f"it has {brackets:,} lists and objects; write at most {MAX_BRACKETS:,}")
     try:
         json.loads(data.decode(), object_pairs_hook=_require_few)
     except RecursionError as error:
