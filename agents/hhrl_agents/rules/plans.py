@@ -15,6 +15,8 @@ from hhrl_envs.simulation.dynamics import actuate
 from hhrl_envs.simulation.engine.compilation import inner, kernel
 
 HAIR = 1e-6  # m; more than rounding takes
+FOLLOW_SPEED_GAIN, FOLLOW_GAP_GAIN = 1.0, 0.25  # 1/s and 1/s^2: the gap settles without swinging
+FOLLOW_SLACK = 1.0  # m; the room for what discrete levels cannot do
 
 
 class Body(NamedTuple):
@@ -163,6 +165,13 @@ def plan_rows(
 
 
 @inner
+def follow(motion: Motion, gap: float, now: float, then: float, body: Body) -> float:
+    """Return the acceleration that brings an ego softly to ``gap`` metres below a ceiling, given now and a step later."""
+    speed_error = (then - now) / body.dt - motion[1]
+    return FOLLOW_SPEED_GAIN * speed_error + FOLLOW_GAP_GAIN * (now - motion[0] - gap - FOLLOW_SLACK)
+
+
+@inner
 def stays_behind(motion: Motion, t: int, gap: float, ceiling: Floats, brake: float, body: Body) -> bool:
     """Return whether an ego that brakes from the step ``t`` on stands without coming within ``gap`` of the ceiling."""
     while t < ceiling.size and motion[0] + gap < ceiling[t]:
@@ -179,17 +188,19 @@ def follow_rows(
 ) -> None:
     """Plan to drive up to ``gap`` metres below the ceilings and keep there until the horizon; see `plan_rows`.
 
-    Every step takes the highest level after which braking still keeps the gap. A plan that comes to a ceiling all the
-    same has 0 ``steps``.
+    Every step takes the highest level that `follow` does not exceed and after which braking still keeps the gap. A plan
+    that comes to a ceiling all the same has 0 ``steps``.
     """
     for row in range(steps.size):
         motion = (motions[row, 0], motions[row, 1], motions[row, 2])
         steps[row] = actions.shape[1]
         for t in range(actions.shape[1]):
             chosen = caps.brake
+            wanted = follow(motion, gap, ceilings[row, t], ceilings[row, t + 1], body)
             for level in range(caps.throttle, caps.brake, -1):
                 moved = drive(motion, levels[level], body)
-                if stays_behind(moved, t + 1, gap, ceilings[row], levels[caps.brake], body):
+                near = level == caps.brake + 1 or 0.5 * (levels[level] + levels[level - 1]) <= wanted
+                if near and stays_behind(moved, t + 1, gap, ceilings[row], levels[caps.brake], body):
                     chosen = level
                     break
             actions[row, t] = chosen
