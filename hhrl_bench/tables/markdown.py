@@ -10,7 +10,7 @@ from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best, success
 from hhrl_bench.tables.comparisons import comparison_table
 from hhrl_bench.tables.learning import efficiency_table
-from hhrl_bench.tables.results import results_table, worst_cases_table
+from hhrl_bench.tables.results import further_tables, results_table
 from hhrl_bench.tables.success import results_by_row, spans_tasks, success_table
 from hhrl_bench.tables.table import Cell, Column, Row, Table
 from hhrl_bench.tables.transfers import transfer_tables
@@ -92,7 +92,7 @@ def _task(task: TaskRecord, boards: Mapping[str, LeaderboardRecord]) -> Iterator
     yield f"## {plain(task.id)}"
     yield f"{task.episodes:,} test episodes, the worlds of seeds {task.test_start} to {last}."
     bounded = _bounded(results_table(task, results, seeds=True), METRICS["success"].heading)
-    for table in (bounded, worst_cases_table(task, results)):
+    for table in (bounded, *further_tables(task, results)):
         yield from markdown_table(_marked(table, entries), "###")
     for name, board in boards.items():
         if task in board.tasks and (compared := compared_to_best(board, task)):

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from hhrl_bench import paper_table
-from hhrl_bench.evaluation.metrics import METRICS, Metric, columns
+from hhrl_bench.evaluation.metrics import HEADLINE, METRICS, Metric, columns
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TaskRecord
 from hhrl_bench.paper_table import CASES, PaperRow
 from hhrl_bench.statistics.intervals import wilson
@@ -98,11 +98,11 @@ def _notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
 
 
 def _columns(metrics: Sequence[Metric]) -> tuple[Column, ...]:
-    """Return the columns of metrics; those of Table I are kept longest, of them the last ones."""
+    """Return the columns of metrics; the score is kept longest, then those of Table I, of them the last ones."""
     return tuple(
         Column(
             metric.heading,
-            priority=i if metric.key in PaperRow._fields else -i,
+            priority=i if metric.key in {*PaperRow._fields, HEADLINE} else -i,
             wide=unbroken(metric.heading),
             narrow=metric.heading.replace(" ", "\n"),
         )
@@ -191,6 +191,32 @@ def worst_cases_table(task: TaskRecord, results: Sequence[ResultRecord]) -> Tabl
         (Group("", tuple(rows)),),
         tuple(map(Note, WORST_CASES)),
         full_title=f"Worst cases on {task.id}, {task.episodes:,} test episodes",
+    )
+
+
+SCORE = (
+    "Score: 0 without success, else progress times the mean of comfort and margin.",
+    "Progress: the fewest steps, found by the oracle, over those taken.",
+    "Comfort and margin: the shares of steps within the bounds.",
+)
+
+
+def further_tables(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Table]:
+    """Return what the scores are made of, where there are some, and the worst cases."""
+    scores = [score_table(task, results)] if any(HEADLINE in one.metrics for one in results) else []
+    return [*scores, worst_cases_table(task, results)]
+
+
+def score_table(task: TaskRecord, results: Sequence[ResultRecord]) -> Table:
+    """Return the score of every result and what it is made of."""
+    metrics = [METRICS[HEADLINE], *reversed(columns("score"))]
+    return Table(
+        "Score",
+        "agent",
+        tuple(Column(metric.heading, -i) for i, metric in enumerate(metrics)),
+        (Group("", tuple(Row(result.agent, tuple(_measured(metrics, result)), held(result)) for result in results)),),
+        tuple(map(Note, SCORE)),
+        full_title=f"Score on {task.id}, {task.episodes:,} test episodes",
     )
 
 

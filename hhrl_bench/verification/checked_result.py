@@ -221,10 +221,13 @@ def checked_results(board: LeaderboardRecord, store: Store) -> list[CheckedResul
 
 def _whole_metrics_of(record: MetricsRecord | RunMetricsRecord, known: EpisodeRecords) -> list[Metric]:
     """Return the metrics of a record that follow from what is known: from whole numbers alone."""
-    return [metric for metric in record.declarations() if metric.accumulation is None or metric.key in known.measured]
+    return [metric for metric in record.declarations() if metric.follows_from(known.measured)]
 
 
 def _of_whole_numbers(place: str, published: RunMetricsRecord, known: EpisodeRecords) -> Iterator[Finding]:
+    for metric in published.declarations():
+        if metric.is_whole and not metric.follows_from(known.measured):
+            yield Finding(f"{place}.{metric.key}", "the evidence does not hold the numbers that it rests on")
     for key, found in means(known, _whole_metrics_of(published, known)).items():
         yield from differences(f"{place}.{key}", published.get(key), found)
 

@@ -169,13 +169,13 @@ class Simulator:
         return front[0] - self.scenario.vehicle.length - own[0], own[1] - front[1]
 
     def motion(self, slot: int) -> Floats:
-        """Return position [m], speed [m/s] and acceleration [m/s^2] of the vehicle in a slot, float64 [B, 3].
+        """Return position [m], speed [m/s], acceleration [m/s^2] and jerk [m/s^3] of a slot's vehicle, float64 [B, 4].
 
         Slot 0 is the ego, slot k its k-th front vehicle. A vehicle that is not there is hundreds of kilometres away.
         """
         self._require_reset()
         _require_index("slot", slot, self.scenario.num_vehicles + 1)
-        return self._memory.of_agent(slot, at.POSITION, 3)
+        return self._memory.of_agent(slot, at.POSITION, 4)
 
     @property
     def lines(self) -> Floats:
