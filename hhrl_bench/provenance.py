@@ -117,7 +117,7 @@ def _processor() -> str:
 
 _DECISIVE: Mapping[str, tuple[str, ...]] = {
     "hhrl_envs": ("*.py", *(f"{folder}/**/*.py" for folder in ("scenario", "simulation", "views", "worlds"))),
-    "hhrl_agents": ("**/*.py",),
+    "hhrl_agents": ("**/*.py", "rules/*.json"),
     "hhrl_bench": (
         "schema.py",
         *(f"{folder}/**/*.py" for folder in ("evaluation", "isolation", "statistics", "tasks", "training")),
