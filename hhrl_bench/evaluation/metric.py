@@ -125,7 +125,7 @@ class Metric:
     Attributes:
         key: its name in files, such as ``"smallest_gap"``.
         heading: what stands above its column; a line end in it is one in narrow columns.
-        of: how it comes up over the steps, or a function of how the episodes ended and of the metrics that it ``needs``.
+        of: how it comes up over the steps, or a function of how episodes ended and of the metrics that it ``needs``.
         meaning: what it is, in a sentence.
         unit: its unit; empty where it has none.
         digits, bound_digits: after the point of means, and of the bounds of intervals, in tables.

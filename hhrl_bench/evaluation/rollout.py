@@ -70,7 +70,7 @@ class Step:
 
     @cached_property
     def time_to_collision(self) -> Floats:
-        """The free road over the closing speed [s], float64 [B]; NaN where the gap does not close, or is out of range."""
+        """The free road over the closing speed [s], float64 [B]; NaN where it does not close, or is out of range."""
         gap, closing = self.gap, self.closing
         return np.divide(gap, closing, out=np.full_like(gap, np.nan), where=closing > 0.0)
 

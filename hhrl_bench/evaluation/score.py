@@ -21,7 +21,7 @@ import numpy as np
 
 from hhrl_agents.rules.oracle import Oracle
 from hhrl_bench.evaluation.metric import Measured
-from hhrl_envs import Goal, Outcome, Scenario, Simulator
+from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.arrays import Flags, Floats, Ints
 from hhrl_envs.simulation import rewards
 from hhrl_envs.sub_goals import Option
@@ -96,7 +96,7 @@ def too_close(step: "Step") -> Flags:
 
 
 def progress(episodes: Measured) -> Floats:
-    """Return the fewest steps as a share of those taken, at most 1, float64 [N]; 1 where no way to the goal was found."""
+    """Return the fewest steps as a share of those taken, at most 1, float64 [N]; 1 where no way was found."""
     fewest, steps = (np.asarray(values, np.float64) for values in (episodes.measured["fewest_steps"], episodes.steps))
     return np.where(fewest > 0.0, np.minimum(fewest / steps, 1.0), 1.0)
 

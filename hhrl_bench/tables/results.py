@@ -196,7 +196,8 @@ def worst_cases_table(task: TaskRecord, results: Sequence[ResultRecord]) -> Tabl
 
 SCORE = (
     "Score: 0 without success, else progress times the mean of comfort and margin.",
-    "Progress: the fewest steps, found by the oracle, over those taken. Comfort, margin: shares of steps within bounds.",
+    "Progress: the fewest steps, found by the oracle, over those taken.",
+    "Comfort and margin: the shares of steps within the bounds.",
 )
 
 

@@ -122,7 +122,7 @@ def unbroken(heading: str) -> str:
 
 
 def by_importance(metrics: Iterable[Metric]) -> list[Metric]:
-    """Return metrics, those first that narrow tables keep longest: score, success, other rates, what all agents have."""
+    """Return metrics, those first that narrow tables keep longest: score, success, other rates, what all have."""
     return sorted(metrics, key=lambda one: (one.key != HEADLINE, one.key != "success", not one.is_rate, one.nullable))
 
 

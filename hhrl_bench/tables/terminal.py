@@ -25,7 +25,8 @@ BOUNDLESS = 1000
 def print_leaderboard(console: Console, board: LeaderboardRecord, *, details: bool = False) -> None:
     """Print the results of every task, what agents do across tasks, transfers and trainings.
 
-    With ``details`` also what the scores are made of, the worst cases, how far every agent is from the best, and how soon methods succeed.
+    With ``details`` also what scores are made of, the worst cases, how far every agent is from the best, and how soon
+    methods succeed.
     """
     for task in board.tasks:
         print_table(console, results_table(task, board.on(task)))

@@ -11,6 +11,7 @@ from hhrl_agents.rules.plans import Body, Caps, Goals, braking_reach, follow_row
 from hhrl_envs import Goal, Scenario, Simulator
 from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
 from hhrl_envs.errors import InputError
+from hhrl_envs.scenario.limits import WEAKEST
 from hhrl_envs.scenario.scenario import GRAVITY
 
 COMFORTABLE = (-4.05, 2.40)
@@ -36,6 +37,11 @@ class Manner(NamedTuple):
     gap: float = 0.0
     weakest: float = -np.inf
     strongest: float = np.inf
+
+    def levels(self, scenario: Scenario) -> Ints:
+        """Return the scenario's levels that it uses, as indices."""
+        levels = np.array(scenario.vehicle.levels)
+        return np.flatnonzero((levels >= self.weakest) & (levels <= self.strongest))
 
 
 class Future(NamedTuple):
@@ -101,7 +107,7 @@ def quickest(future: Future, scenario: Scenario, manner: Manner = ANY) -> Plans:
     Where the goal is to follow, time is no matter: the plans keep near the front vehicle until the horizon.
     """
     levels, body, ceilings = np.array(scenario.vehicle.levels), _body(scenario), future.ceilings(manner.gap)
-    usable = np.flatnonzero((levels >= manner.weakest) & (levels <= manner.strongest))
+    usable = manner.levels(scenario)
     caps = _caps(levels, usable, body)
     if scenario.goal == Goal.FOLLOW:
         plans, band = _all_braking(future, scenario, caps), max(scenario.band.low - manner.gap, 0.0)
@@ -141,8 +147,13 @@ def _caps(levels: Floats, usable: Ints, body: Body) -> Caps:
 
 
 def manners(scenario: Scenario) -> tuple[Manner, ...]:
-    """Return how the oracle drives: in the first of these manners that leads to the goal."""
-    return Manner(scenario.reward.safe_gap, *COMFORTABLE), Manner(0.0, *COMFORTABLE), ANY
+    """Return how the oracle drives: in the first of these manners that leads to the goal.
+
+    Comfortable ones are those of a vehicle that has a brake and a throttle within `COMFORTABLE`.
+    """
+    comfortable = Manner(scenario.reward.safe_gap, *COMFORTABLE), Manner(0.0, *COMFORTABLE)
+    used = np.array(scenario.vehicle.levels)[comfortable[0].levels(scenario)]
+    return (*comfortable, ANY) if used.size and used[0] <= -WEAKEST and used[-1] >= WEAKEST else (ANY,)
 
 
 class Oracle:

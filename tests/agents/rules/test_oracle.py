@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hhrl_agents.agent import ClairvoyantAgent
-from hhrl_agents.rules.oracle import COMFORTABLE, Oracle, Plans, foresee, quicker, quickest
+from hhrl_agents.rules.oracle import COMFORTABLE, Manner, Oracle, Plans, foresee, quicker, quickest
 from hhrl_agents.rules.rule_plus import RulePlus
 from hhrl_agents.rules.tuning import Tuning
 from hhrl_envs import SCENARIOS, Goal, InputError, Outcome, Scenario, Simulator, get_scenario
@@ -70,7 +70,7 @@ def test_it_is_comfortable_where_that_leads_to_the_goal() -> None:
     simulator, agent = begun(get_scenario("stop-line-v0")), Oracle(get_scenario("stop-line-v0"))
     agent.foresee(simulator)
     levels = np.array(simulator.scenario.vehicle.levels)
-    comfortable = quickest(foresee(simulator), simulator.scenario, *COMFORTABLE)
+    comfortable = quickest(foresee(simulator), simulator.scenario, Manner(0.0, *COMFORTABLE))
     used = levels[agent._actions[comfortable.steps > 0]]
     assert COMFORTABLE[0] <= used.min() < used.max() <= COMFORTABLE[1]
     assert (agent.fewest <= comfortable.steps)[comfortable.steps > 0].all()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hhrl_bench import Metric, Sum, evaluate, extensions, load_agent, register_metric
-from hhrl_bench.evaluation import metrics
+from hhrl_bench.evaluation import metric
 from hhrl_bench.evaluation.evidence import pack, unpack
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.paired_evaluation import play_task
@@ -60,7 +60,7 @@ def extension(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     sys.modules.pop("of_a_user")
     registry._by_id.pop("my-road-v0")
     for key in MINE:
-        metrics._by_key.pop(key)
+        metric._by_key.pop(key)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from hhrl_bench.evaluation import metrics
+from hhrl_bench.evaluation import metric
 from hhrl_bench.evaluation.metrics import Metric, register_metric
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.record import LeaderboardRecord
@@ -29,7 +29,7 @@ def board() -> Iterator[LeaderboardRecord]:
     scored = whole_board()
     register_metric(MISSES)
     yield scored
-    metrics._by_key.pop(MISSES.key)
+    metric._by_key.pop(MISSES.key)
 
 
 def with_metric(board: LeaderboardRecord) -> LeaderboardRecord:
