@@ -18,7 +18,7 @@ from hhrl_bench.errors import TuningError
 from hhrl_bench.evaluation.results import Update
 from hhrl_bench.tasks.tasks import Task
 from hhrl_bench.tuning.trials import Budget, scores
-from hhrl_envs import Scenario, get_scenario
+from hhrl_envs import get_scenario
 from hhrl_envs.arrays import Floats
 
 POPULATION = 12
@@ -30,8 +30,11 @@ SPREAD = 0.5
 SEARCH_WORLDS = 12
 """Training worlds of each task in which all candidates of all generations drive."""
 
-FRESH_WORLDS = 12
-"""How many more each task's finalists drive in at a time."""
+FRESH_EPISODES = 156
+"""Episodes of each task that finalists drive together before the worse half of them goes."""
+
+LAST = 3
+"""How many finalists drive until the budget ends."""
 
 SEARCH_SHARE = 0.6
 """The share of the budget that is for the evolution; the rest is for the finalists."""
@@ -73,7 +76,8 @@ class _Judge(NamedTuple):
         sums = np.zeros(len(candidates))
         for task in self.tasks:
             scenario, seeds = get_scenario(task.scenario), task.train.take(worlds, offset)
-            own = scores(_agents(scenario, candidates), scenario, seeds, self.budget)
+            agent = RulePlus(scenario, _stacked(candidates, worlds))
+            own = scores(agent, len(candidates), scenario, seeds, self.budget)
             if own is None:
                 return None
             sums += own
@@ -89,23 +93,18 @@ def search(tasks: Sequence[Task], env_steps: int, seed: int, update: Update) -> 
     Raises:
         TuningError: if the steps do not do for a generation and for a comparison of the last one.
     """
-    budget, evolution = Budget(env_steps), Budget(round(env_steps * SEARCH_SHARE))
+    evolution = Budget(round(env_steps * SEARCH_SHARE))
     finalists, generations = _evolve(
         _Judge(tasks, evolution), seed, lambda note: update(evolution.spent, env_steps, note)
     )
-    budget.spent = evolution.spent
-    judge, total, compared = _Judge(tasks, budget), np.zeros(len(finalists)), 0
-    while (own := judge.score(finalists, FRESH_WORLDS, SEARCH_WORLDS + FRESH_WORLDS * compared)) is not None:
-        total, compared = total + own, compared + 1
-        update(budget.spent, env_steps, f"score {total.max() / compared:.3f}")
-    if generations == 0 or compared == 0:
+    budget = Budget(env_steps, evolution.spent)
+    best, score, worlds = _compare(_Judge(tasks, budget), finalists, lambda note: update(budget.spent, env_steps, note))
+    if generations == 0 or worlds == 0:
         raise TuningError(
             f"{env_steps} steps are too few for a search; write more --env-steps, such as the task's budget"
         )
-    best = int(total.argmax())
-    numbers = {name: getattr(finalists[best], name) for name in bounds()}
-    candidates = POPULATION * generations
-    return Found(numbers, float(total[best]) / compared, FRESH_WORLDS * compared, candidates, budget.spent)
+    numbers = {name: getattr(best, name) for name in bounds()}
+    return Found(numbers, score, worlds, POPULATION * generations, budget.spent)
 
 
 def _evolve(judge: _Judge, seed: int, update: Callable[[str], object]) -> tuple[list[Tuning], int]:
@@ -144,11 +143,30 @@ def _evolve(judge: _Judge, seed: int, update: Callable[[str], object]) -> tuple[
     return [FIRST_TUNING, *map(_tuning, last.population)], generations
 
 
+def _compare(judge: _Judge, finalists: list[Tuning], update: Callable[[str], object]) -> tuple[Tuning, float, int]:
+    """Return the best of the finalists in fresh worlds, its mean score, and in how many worlds of each task that was.
+
+    After every comparison the better half goes on, until the judge's budget ends.
+    """
+    sums, worlds = np.zeros(len(finalists)), 0
+    while True:
+        more = FRESH_EPISODES // len(finalists)
+        own = judge.score(finalists, more, SEARCH_WORLDS + worlds)
+        if own is None:
+            return finalists[0], float(sums[0]) / max(worlds, 1), worlds
+        sums, worlds = sums + more * own, worlds + more
+        ranked = np.argsort(-sums, kind="stable")[: max((len(finalists) + 1) // 2, LAST)]
+        finalists, sums = [finalists[place] for place in ranked], sums[ranked]
+        update(f"score {sums[0] / worlds:.3f}")
+
+
 def _tuning(vector: Floats) -> Tuning:
     """Return the numbers of a vector in the order of their bounds, rounded."""
     numbers = {name: round(value, DIGITS) for name, value in zip(bounds(), vector.tolist(), strict=True)}
     return replace(FIRST_TUNING, **numbers)
 
 
-def _agents(scenario: Scenario, tunings: Sequence[Tuning]) -> list[RulePlus]:
-    return [RulePlus(scenario, tuning) for tuning in tunings]
+def _stacked(tunings: Sequence[Tuning], rows: int) -> Tuning:
+    """Return the numbers of several as arrays: those of each for so many rows, which one agent then drives at once."""
+    numbers: dict[str, Any] = {name: np.repeat([getattr(one, name) for one in tunings], rows) for name in bounds()}
+    return replace(FIRST_TUNING, **numbers)

@@ -27,7 +27,8 @@ class Tuning:
 
     The defaults are those of `RulePlus`. Its deceleration is the comfortable one of the other rules; the rest of what
     it uses was chosen once, for the highest mean return on the first 2,000 validation worlds of stop-line-v0; the
-    optimum is flat. `bounds` says the units, and where a search looks.
+    optimum is flat. `bounds` says the units, and where a search looks. Where candidates drive side by side, a number
+    may be an array with one for each row.
 
     Attributes:
         headway: time gap to the front vehicle.

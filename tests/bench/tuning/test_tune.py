@@ -30,7 +30,7 @@ def mean(metric: MetricRecord) -> float:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every candidate drive in few worlds."""
-    for name, number in {"POPULATION": 6, "SEARCH_WORLDS": 3, "FRESH_WORLDS": 4}.items():
+    for name, number in {"POPULATION": 6, "SEARCH_WORLDS": 3, "FRESH_EPISODES": 28}.items():
         monkeypatch.setattr(searching, name, number)
 
 
