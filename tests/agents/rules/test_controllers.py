@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -88,7 +89,7 @@ def test_every_sub_goal_has_a_controller() -> None:
     assert list(CONTROLLERS) == [sub_goal.option for sub_goal in SUB_GOALS]
 
 
-def safe(**changed: float) -> KeepSafeSpeed:
+def safe(**changed: Any) -> KeepSafeSpeed:
     return KeepSafeSpeed.for_scenario(MAIN, replace(FIRST_TUNING, **changed))
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES, Agent
-from hhrl_agents.rules.controllers import Tuning
 from hhrl_agents.rules.rule_plus import RulePlus
+from hhrl_agents.rules.tuning import Tuning
 from hhrl_bench.evaluation.paired_evaluation import play
 from hhrl_bench.tasks.tasks import TASKS
 from hhrl_envs import SCENARIOS, Outcome, Scenario, Simulator
