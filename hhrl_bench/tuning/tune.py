@@ -9,7 +9,7 @@ from typing import Final, Literal
 from pydantic import ValidationError
 
 from hhrl_agents.atomic_files import require_writable, write_atomically
-from hhrl_agents.rules.tuned_rule import ALL_TASKS, ROBUST, TUNED
+from hhrl_agents.rules.tuned_rule import ALL_TASKS, HELD_OUT, ROBUST, TUNED
 from hhrl_bench.errors import TuningError
 from hhrl_bench.evaluation.results import Update
 from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record, Sha256, first_problem
@@ -18,9 +18,6 @@ from hhrl_bench.tuning.search import Found, search
 from hhrl_envs import Scenario, get_scenario
 
 VERSION: Final = 1
-
-HELD_OUT = frozenset({"stop-line-heldout-v0"})
-"""Tasks whose drivers nobody is to have met before: no search is in them unless one asks for it."""
 
 Sets = Mapping[str, Sequence[Task]]
 """The tasks of every search, by the name of the set of numbers that it is for."""

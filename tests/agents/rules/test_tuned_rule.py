@@ -69,6 +69,14 @@ def test_a_scenario_without_numbers_of_its_own_is_driven_by_those_for_all() -> N
     assert list(tunings(ROBUST)) == [ALL_TASKS]
 
 
+def test_held_out_drivers_are_met_with_the_numbers_of_the_main_task() -> None:
+    rule, numbers = RULES[TUNED](get_scenario("stop-line-heldout-v0")), tunings(TUNED)["stop-line-v0"]
+    assert isinstance(rule, RulePlus)
+    own = RulePlus(get_scenario("stop-line-heldout-v0"), numbers)
+    seen = np.concatenate([observation(MAIN, D_F=gap, V_F=4.0) for gap in range(6, 60)])
+    np.testing.assert_array_equal(rule.act(seen).action, own.act(seen).action)
+
+
 def test_the_share_of_the_speed_limit_is_the_top_speed() -> None:
     slow = replace(FIRST_TUNING, speed_share=0.5)
     assert level(MAIN, slow, D_D=90.0, V_E=7.0) < 0.0 < level(MAIN, FIRST_TUNING, D_D=90.0, V_E=7.0)

@@ -3,14 +3,14 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_agents.rules.tuned_rule import ALL_TASKS, ROBUST, TUNED, stored
+from hhrl_agents.rules.tuned_rule import ALL_TASKS, HELD_OUT, ROBUST, TUNED, stored
 from hhrl_agents.rules.tuning import FIRST_TUNING, bounds
 from hhrl_bench import evaluate
 from hhrl_bench.evaluation.records import MetricRecord
 from hhrl_bench.tasks.tasks import TASKS, get_task
 from hhrl_bench.tuning import search as searching
 from hhrl_bench.tuning.search import search
-from hhrl_bench.tuning.tune import HELD_OUT, TuningRecord, tunable_tasks
+from hhrl_bench.tuning.tune import TuningRecord, tunable_tasks
 from hhrl_envs import InputError, get_scenario
 from support.command_line import invoke
 
@@ -51,9 +51,9 @@ def test_what_is_shipped_was_found_in_the_worlds_of_today(rule: str) -> None:
 
 def test_every_task_with_scripted_traffic_has_its_set_but_for_held_out_drivers() -> None:
     scripted = {one.scenario for one in TASKS.values() if not get_scenario(one.scenario).learned_fronts}
-    assert {one.scenario for one in tunable_tasks()} == scripted - HELD_OUT
-    assert set(shipped(TUNED).sets) == scripted - HELD_OUT
-    assert set(shipped(ROBUST).sets[ALL_TASKS].scenarios) == scripted - HELD_OUT
+    assert {one.scenario for one in tunable_tasks()} == scripted - set(HELD_OUT)
+    assert set(shipped(TUNED).sets) == scripted - set(HELD_OUT)
+    assert set(shipped(ROBUST).sets[ALL_TASKS].scenarios) == scripted - set(HELD_OUT)
 
 
 @pytest.mark.parametrize("rule", [TUNED, ROBUST])
