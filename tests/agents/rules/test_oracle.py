@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hhrl_agents.agent import ClairvoyantAgent
-from hhrl_agents.rules.controllers import Tuning
 from hhrl_agents.rules.oracle import COMFORTABLE, Manner, Oracle, Plans, foresee, quicker, quickest
 from hhrl_agents.rules.rule_plus import RulePlus
+from hhrl_agents.rules.tuning import Tuning
 from hhrl_envs import SCENARIOS, Goal, InputError, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs.arrays import Ints
 

@@ -23,6 +23,7 @@ SLOW = tuple(
     f"hhrl-bench {verb}"
     for verb in (
         "train",
+        "tune",
         "run",
         "evaluate runs/",
         "evaluate platoon",
@@ -75,7 +76,7 @@ def test_documentation_holds_the_commands_it_promises() -> None:
     verbs = {line.split()[1] for line in commands()}
     assert verbs == {
         "list", "evaluate", "watch", "run", "leaderboard", "train", "calibrate", "analyse", "robustness", "transfer",
-        "figures", "report", "sigma", "export",
+        "figures", "report", "sigma", "export", "tune",
     }  # fmt: skip
 
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES, Agent
-from hhrl_agents.rules.controllers import Tuning
 from hhrl_agents.rules.rule_plus import RulePlus
+from hhrl_agents.rules.tuned_rule import ROBUST, TUNED
+from hhrl_agents.rules.tuning import Tuning
 from hhrl_bench.evaluation.paired_evaluation import play
 from hhrl_bench.tasks.tasks import TASKS
 from hhrl_envs import SCENARIOS, Outcome, Scenario, Simulator
@@ -40,8 +41,9 @@ def test_nearly_every_world_is_feasible(tier: Scenario) -> None:
 
 
 @EACH_TIER
-def test_no_rule_solves_a_tier(tier: Scenario) -> None:
-    shares = {name: success(make(tier), tier) for name, make in RULES.items()}
+def test_no_rule_solves_a_tier_that_has_not_been_tuned_in_it(tier: Scenario) -> None:
+    untuned = {name: make for name, make in RULES.items() if name not in {TUNED, ROBUST}}
+    shares = {name: success(make(tier), tier) for name, make in untuned.items()}
     best = max(shares, key=lambda name: shares[name])
     assert 0.7 <= shares[best] <= 0.92, shares
 
