@@ -105,5 +105,3 @@ def test_equal_worlds_are_foreseen_once() -> None:
     assert fewest is not None
     assert fewest[0] == fewest[2]
     assert fewest_steps(rollout) is fewest
-
-
