@@ -25,21 +25,29 @@ def distances(facts: Facts, scenario: Scenario) -> dict[str, float]:
     """Eq. (dis), with the documented sensor range."""
     a_max, d_0 = scenario.vehicle.max_decel, scenario.reward.safe_gap
     seen = facts.d_f <= scenario.sensor.front_range
-    d_f = facts.d_f if seen else scenario.sensor.front_range
+    d_f = max(facts.d_f, 0.0) if seen else scenario.sensor.front_range
     v_f = facts.v_f if seen else scenario.road.speed_limit
     d_fs = max((facts.v_e**2 - v_f**2) / (2 * a_max), d_0)
     d_ds = facts.v_e**2 / (2 * a_max)
     return {"d_fs": d_fs, "d_fc": d_f - d_fs, "d_ds": d_ds, "d_dc": facts.d_d - d_ds}
 
 
-def unsafe(chased: float, reference: float) -> float:
-    return exp(min(-chased / reference, 1.0)) if chased < 0 else 0.0
+def unsafe_terms(d: dict[str, float], reading: str) -> list[float]:
+    """exp(-d_c / d_s) of SSL and FFV where d_c < 0: with d_ds floored and the exponent bounded, or as it is printed."""
+    floor, most = {"floored": (0.5, 1.0), "printed": (0.0, 32.0)}[reading]
+    return [unsafe(d["d_dc"], max(d["d_ds"], floor), most), unsafe(d["d_fc"], d["d_fs"], most)]
+
+
+def unsafe(chased: float, reference: float, most: float) -> float:
+    if chased >= 0.0:
+        return 0.0
+    return exp(most if reference * most <= -chased else -chased / reference)
 
 
 def rewards(facts: Facts, scenario: Scenario) -> tuple[float, list[float], list[float]]:
     """r^task, r^option and r^action of both options, event by event."""
     r, d = scenario.reward, distances(facts, scenario)
-    unsafe_of = [unsafe(d["d_dc"], max(d["d_ds"], 0.5)), unsafe(d["d_fc"], d["d_fs"])]
+    unsafe_of = unsafe_terms(d, r.unsafe)
     failure_of = [
         facts.v_e**2 if facts.outcome == Outcome.NOT_STOP else 0.0,
         r.sigma_3 if facts.outcome == Outcome.COLLISION else 0.0,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_envs import SCENARIOS, Goal, Scenario, Signal, Simulator, observation
+from hhrl_envs import SCENARIOS, Goal, Reward, Scenario, Signal, Simulator, observation
 from hhrl_envs.scenario import limits
 from hhrl_envs.scenario.limits import Limits
 from hhrl_envs.scenario.profiles import ProfileFamily
@@ -45,7 +45,7 @@ def draw_scenario(rng: Rng) -> Scenario:
         "vehicle": _with_levels(change(base.vehicle, limits.VEHICLE), rng, bold),
         "road": road,
         "sensor": change(base.sensor, limits.SENSOR),
-        "reward": change(base.reward, limits.REWARD),
+        "reward": _read(change(base.reward, limits.REWARD), rng),
         "band": _band(base, rng, bold),
         "traffic": _traffic(base, road.speed_limit, rng, bold),
     }
@@ -236,6 +236,10 @@ def _with_levels(vehicle: Any, rng: Rng, bold: float) -> Any:
     brake, throttle = _draw(Limits(low, -limits.WEAKEST, ""), rng), _draw(Limits(limits.WEAKEST, high, ""), rng)
     between = {_draw(Limits(brake, throttle, ""), rng) for _ in range(rng.integers(4))}
     return replace(vehicle, levels=tuple(sorted({brake, throttle, *between})))
+
+
+def _read(reward: Reward, rng: Rng) -> Reward:
+    return replace(reward, unsafe="printed") if rng.random() < 0.5 else reward
 
 
 def _road(base: Scenario, rng: Rng, bold: float) -> Any:

@@ -5,16 +5,15 @@ Lengths are metres, times seconds, speeds m/s, accelerations m/s^2, jerk m/s^3. 
 ego starts at a negative position and drives towards it.
 """
 
-import hashlib
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from math import ceil
-from operator import methodcaller
+from typing import Literal
 
 from hhrl_envs import observation
 from hhrl_envs.errors import InputError
 from hhrl_envs.scenario import limits
+from hhrl_envs.scenario.hashing import ADDITION, counted, digest
 from hhrl_envs.scenario.limits import intervals, numbers
 from hhrl_envs.scenario.profiles import ProfileFamily, Range
 from hhrl_envs.scenario.validation import (
@@ -26,6 +25,7 @@ from hhrl_envs.scenario.validation import (
     instances,
     integer,
     is_integer,
+    one_of,
     optional,
     shares,
     text,
@@ -190,7 +190,9 @@ class Reward:
 
     The defaults are those that the paper's Table I implies. ``safe_gap`` is d_0 of Eq. (dis). The paper gives its jerk
     threshold of 1 no unit; here it is in m/s^3. ``timeout_scale`` multiplies the timeout penalty d_d^2 (1 is the
-    paper's).
+    paper's). ``unsafe`` is how the unsafe terms are read, -exp(x) with x = -d_c / d_s. As printed, x has no bound past
+    the line, where d_ds goes to 0 with v_e. "floored" takes d_ds as at least 0.5 m and x as at most 1. "printed" floors
+    nothing, and takes x as at most 32 so that nothing overflows.
     """
 
     sigma_1: float = 0.01
@@ -201,10 +203,12 @@ class Reward:
     positive_jerk_only: bool = False
     safe_gap: float = 5.0
     timeout_scale: float = 0.01
+    unsafe: Literal["floored", "printed"] = field(default="floored", metadata=ADDITION)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         check(self, **numbers(limits.REWARD, *limits.REWARD), positive_jerk_only=flag())
+        check(self, unsafe=one_of("floored", "printed"))
 
 
 @dataclass(frozen=True)
@@ -240,14 +244,14 @@ class Scenario:
     sensor: Sensor = Sensor()
     reward: Reward = Reward()
     goal: Goal = Goal.STOP
-    signal: Signal | None = None
+    signal: Signal | None = field(default=None, metadata=ADDITION)
     route_end: float = 40.0
     band: Band = Band()
     dt: float = 0.1
     horizon: int = 600
     feasible_only: bool = True
-    learned_fronts: int | None = None
-    adversary: Adversary | None = None
+    learned_fronts: int | None = field(default=None, metadata=ADDITION)
+    adversary: Adversary | None = field(default=None, metadata=ADDITION)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning or that contradict each other."""
@@ -330,13 +334,14 @@ class Scenario:
 
     @property
     def plain(self) -> bool:
-        """Whether the world is nothing but a road with one line to stop at."""
-        return self.goal == Goal.STOP and len(self.road.lines) == 1 and self.signal is None
+        """Whether the world is nothing but a road with one line to stop at, and its reward is read as usual."""
+        usual = self.reward.unsafe == "floored"
+        return self.goal == Goal.STOP and len(self.road.lines) == 1 and self.signal is None and usual
 
     @property
     def spec_hash(self) -> str:
-        """The SHA-256 of the scenario's data: equal hashes mean equal worlds. A part that is None does not count."""
-        return _digest({part: value for part, value in asdict(self).items() if value is not None})
+        """The SHA-256 of the scenario's data: equal hashes mean equal worlds. An addition counts where it is used."""
+        return digest(counted(self))
 
     @property
     def interface_hash(self) -> str:
@@ -346,16 +351,10 @@ class Scenario:
             "options": [goal.spelling for goal in SUB_GOALS],
             "levels": self.vehicle.levels,
         }
-        return _digest(sets)
+        return digest(sets)
 
     @property
     def clear_by(self) -> float:
         """The time in seconds by which the goal's place must be free, so that the last metres can be walked."""
         queue = self.reward.safe_gap + self.vehicle.length + self.road.stop_zone
         return self.dt * self.horizon - queue / WALKING_PACE
-
-
-def _digest(data: object) -> str:
-    """Return the SHA-256 of the data as JSON; numbers of numpy count as Python's."""
-    stored = json.dumps(data, sort_keys=True, allow_nan=False, default=methodcaller("item"))
-    return hashlib.sha256(stored.encode()).hexdigest()

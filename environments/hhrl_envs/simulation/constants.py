@@ -70,6 +70,7 @@ def _judgement(scenario: Scenario) -> dict[int, float]:
         layout.SIGMA_4: reward.sigma_4,
         layout.JERK_THRESHOLD: reward.jerk_threshold,
         layout.POSITIVE_JERK_ONLY: reward.positive_jerk_only,
+        layout.PRINTED_UNSAFE: reward.unsafe == "printed",
         layout.SAFE_GAP: reward.safe_gap,
         layout.PER_TWICE_DECEL: 1.0 / (2.0 * scenario.vehicle.max_decel),
         layout.TIMEOUT_SCALE: reward.timeout_scale,

@@ -5,13 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from hhrl_envs import SCENARIOS, InputError, ProfileFamily, Scenario, Traffic, read_scenario
+from hhrl_envs import SCENARIOS, InputError, Option, ProfileFamily, Scenario, Simulator, Traffic, read_scenario
 from hhrl_envs import scenario_from_json as from_json
 from hhrl_envs import scenario_to_json as to_json
 from hhrl_envs.scenario import files
 from hhrl_envs.scenario.registry import add_scenario
+from hhrl_envs.simulation.rewards import UNSAFE
 
 MAIN = SCENARIOS["stop-line-v0"]
 
@@ -39,6 +41,26 @@ def test_what_is_left_out_has_its_default() -> None:
     families = [{"name": "calm", "weight": 1.0, "dwell": [1.0, 2.0]}]
     read = from_json(json.dumps({"id": "bare-v0", "traffic": {"families": families}}))
     assert read == Scenario("bare-v0", Traffic((ProfileFamily("calm", 1.0, dwell=(1.0, 2.0)),)))
+
+
+def charged(scenario: Scenario) -> float:
+    """What 50 egos that drive on at full throttle pay for being too fast to stop at the line."""
+    simulator, charges = Simulator(scenario, 50), 0.0
+    simulator.reset(np.arange(50))
+    for _ in range(150):
+        simulator.step(np.full(50, scenario.num_actions - 1))
+        charges -= simulator.terms[:, UNSAFE[Option.SSL]].sum()
+    return charges
+
+
+def test_a_file_may_ask_for_the_printed_reward(tmp_path: Path) -> None:
+    path = tmp_path / "printed.json"
+    path.write_text(changed("reward", "unsafe", value="printed"))
+    scenario = read_scenario(path)
+    assert scenario == replace(MAIN, reward=replace(MAIN.reward, unsafe="printed"))
+    assert from_json(to_json(scenario)) == scenario
+    assert scenario.spec_hash != MAIN.spec_hash
+    assert charged(scenario) > charged(MAIN) > 0.0
 
 
 @pytest.mark.parametrize(
@@ -72,6 +94,8 @@ def test_what_is_left_out_has_its_default() -> None:
         (changed("traffic", "families", value=[]), "Traffic.families is ()"),
         (changed("id", value="../escape"), "Scenario.id is '../escape'; write a name of letters"),
         (changed("horizon", value=10**30), "Scenario.horizon is "),
+        (changed("reward", "unsafe", value="literal"), "Reward.unsafe is 'literal'; write one of: floored, printed"),
+        (changed("reward", "unsafe", value=None), "Reward.unsafe is None; write one of: floored, printed"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(text: str, said: str, tmp_path: Path) -> None:

@@ -93,6 +93,7 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "positive_jerk_only": ["no", 1, None],
         "safe_gap": [0.0, 1e-9, NAN, "5"],
         "timeout_scale": [-1.0, INF, True],
+        "unsafe": ["literal", "Printed", "", None, True, 1.0, ("printed",), ["printed"]],
     },
     "Signal": {"green_at": [5.0, (INF, INF), (5.0, 1.0), (5.0, 6.0, 7.0), "5", None, (NAN, NAN), (-1.0, 5.0)]},
     "Band": {
