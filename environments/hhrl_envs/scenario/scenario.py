@@ -137,6 +137,10 @@ class Sensor:
     """What the agents' sensors do: ranges, normal noise on the base quantities (standard deviations), delay in steps.
 
     Safety distances are computed from the noisy quantities; rewards and outcomes use the truth.
+
+    The front sensor may drop out. An episode is cut into windows of ``dropout_time`` seconds, rounded to whole steps,
+    the first of them from its start on. With the chance ``dropout`` an agent reads a free road all through a window,
+    whatever is in front. In the first window nothing drops out, so every agent has once seen who is in front of it.
     """
 
     front_range: float = 100.0
@@ -145,16 +149,20 @@ class Sensor:
     noise_speed: float = 0.0
     noise_accel: float = 0.0
     delay: int = 0
+    dropout: float = field(default=0.0, metadata=ADDITION)
+    dropout_time: float = field(default=1.0, metadata=ADDITION)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         measured = ("front_range", "line_range", "noise_distance", "noise_speed", "noise_accel")
-        check(self, **numbers(limits.SENSOR, *measured), delay=integer(*limits.SENSOR["delay"]))
+        dropouts = numbers(limits.SENSOR, "dropout", "dropout_time")
+        check(self, **numbers(limits.SENSOR, *measured), **dropouts, delay=integer(*limits.SENSOR["delay"]))
 
     @property
     def perfect(self) -> bool:
         """Whether the agents see the truth."""
-        return self.delay == 0 and self.noise_distance == self.noise_speed == self.noise_accel == 0.0
+        exact = self.noise_distance == self.noise_speed == self.noise_accel == 0.0
+        return exact and self.delay == 0 and self.dropout == 0.0
 
 
 @dataclass(frozen=True)

@@ -104,6 +104,8 @@ def _perception(scenario: Scenario) -> dict[int, float]:
         layout.NOISE_SPEED: sensor.noise_speed,
         layout.NOISE_ACCEL: sensor.noise_accel,
         layout.NOISE_DISTANCE: sensor.noise_distance,
+        layout.DROPOUT: sensor.dropout,
+        layout.DROPOUT_STEPS: max(round(sensor.dropout_time / scenario.dt), 1),
     }
 
 

@@ -83,6 +83,8 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "noise_distance": [-0.5, NAN, INF, "3"],
         "noise_speed": [-0.5, None],
         "noise_accel": [-0.5, False],
+        "dropout": [-0.1, 0.951, 1, NAN, "0.5", True, None],
+        "dropout_time": [0.0, 1e-9, 1001.0, INF, NAN, "1", None],
     },
     "Reward": {
         "sigma_1": [-1.0, NAN],
