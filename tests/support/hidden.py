@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from hhrl_envs import SCENARIOS, Scenario, Sensor
+from hhrl_envs import SCENARIOS, Scenario, Sensor, Slippery
 
 FLICKERING = replace(
     SCENARIOS["stop-line-v0"],
@@ -11,5 +11,12 @@ FLICKERING = replace(
 )
 """Its front sensor drops out, beside errors and a delay."""
 
-HIDDEN: dict[str, Scenario] = {one.id: one for one in (FLICKERING,)}
+SLIPPERY = replace(
+    SCENARIOS["stop-line-v0"],
+    id="slippery-v0",
+    road=replace(SCENARIOS["stop-line-v0"].road, slippery=Slippery(share=0.6, friction=(0.08, 0.4))),
+)
+"""Its road is slippery in some worlds."""
+
+HIDDEN: dict[str, Scenario] = {one.id: one for one in (FLICKERING, SLIPPERY)}
 """All of them by their ids."""

@@ -82,10 +82,20 @@ def judge(scenario: Scenario, positions: NDArray[np.float64], speed: float, agen
     return Outcome.RUNNING
 
 
-def braking(scenario: Scenario, position: float, speed: float, steps: int) -> list[float]:
+def friction(scenario: Scenario, chance: float, drawn: float) -> float:
+    """The friction of a world, given two draws that are uniform in [0, 1)."""
+    slippery = scenario.road.slippery
+    if slippery is None or chance >= slippery.share:
+        return scenario.road.friction
+    return slippery.friction[0] + (slippery.friction[1] - slippery.friction[0]) * drawn
+
+
+def braking(
+    scenario: Scenario, position: float, speed: float, steps: int, friction: float | None = None
+) -> list[float]:
     """Where a vehicle that brakes fully is after 0, 1, 2, ... steps: the actuator's equations, one by one."""
     vehicle, dt, accel = scenario.vehicle, scenario.dt, 0.0
-    grip, most = scenario.road.friction * 9.81, vehicle.jerk_limit * dt
+    grip, most = (friction or scenario.road.friction) * 9.81, vehicle.jerk_limit * dt
     positions = [position]
     for _ in range(steps):
         change = (vehicle.levels[0] - accel) * dt / (vehicle.lag + dt)

@@ -38,6 +38,7 @@ ROAD = {
     "start_distance": Limits(0.0, 500.0, "metres"),
     "start_speed": Limits(0.0, 100.0, "m/s"),
 }
+SLIPPERY = {"share": Limits(0.0, 1.0, "a share"), "friction": ROAD["friction"]}
 
 SIGNAL = {"green_at": Limits(0.0, 1e5, "seconds")}
 

@@ -47,7 +47,7 @@ def test_severity_is_what_the_simulator_says_by_hand() -> None:
         for action in run.trace.actions[first[index] : first[index] + run.trace.steps[index], 0]:
             simulator.step(np.array([action]))
         position, speed, _ = simulator.vehicles(0)[0]
-        stops = position - simulator.lines[0] + speed**2 / (2.0 * full_brake(scenario))
+        stops = position - simulator.lines[0] + speed**2 / (2.0 * full_brake(scenario, scenario.road.friction))
         assert columns["overrun"][index] == pytest.approx(stops)
         assert columns["overrun"][index] > 0.0
     others = [value for index, value in enumerate(columns["overrun"]) if index not in crossed]
@@ -69,6 +69,7 @@ def test_a_row_has_the_drivers_in_front_and_both_seeds() -> None:
     assert columns["training_seed"] == [seed for seed in range(5) for _ in range(4)]
     assert columns["episode"] == [0, 1, 2, 3] * 5
     assert columns["feasible"] == [True] * 20
+    assert columns["friction"] == [1.0] * 20
 
 
 def test_vehicles_that_agents_drive_have_no_family() -> None:

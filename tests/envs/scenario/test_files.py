@@ -83,6 +83,12 @@ def test_a_file_may_ask_for_the_printed_reward(tmp_path: Path) -> None:
         (changed("road", "friction", value=True), "Road.friction is True; write a coefficient"),
         (changed("road", "lines", value=0.0), "Road.lines is 0.0; write"),
         (changed("road", "start_speed", value=[5]), "Road.start_speed is (5,); write"),
+        (changed("road", "slippery", value=0.3), "road.slippery is 0.3; write an object with the keys share, friction"),
+        (changed("road", "slippery", value={"share": 1}), "road.slippery lacks 'friction'; add it"),
+        (
+            changed("road", "slippery", value={"share": 2, "friction": [0.1, 0.2]}),
+            "Slippery.share is 2; write a share from 0 to 1",
+        ),
         (changed("sensor", "dropout", value=1.0), "Sensor.dropout is 1.0; write a share from 0 to 0.95"),
         (changed("sensor", "dropout_time", value=0), "Sensor.dropout_time is 0; write seconds from 0.001 to 1000"),
         (changed("dt", value=float("1e308") * 10), "Infinity is no number"),

@@ -200,9 +200,9 @@ def test_a_level_and_its_acceleration_are_the_same_action() -> None:
 NUMBERS = {
     "stop-line-v0": ("DT", "PER_DT", "LENGTH", "LAG_GAIN", "SPEED_LIMIT", "SIGMA_1", "SIGMA_2", "SIGMA_3"),
     "stop-line-dense-v0": ("START_LOW", "START_HIGH", "START_SPEED_LOW", "GAP_LOW", "GAP_HIGH", "FRONT_SPEED_LOW"),
-    "stop-line-wet-v0": ("GRIP", "PER_TWICE_DECEL"),
+    "stop-line-wet-v0": ("FRICTION", "PER_TWICE_DECEL"),
 }
-FEW = {"GRIP": 4}  # bits: the last one of an acceleration mostly drowns in the speed's rounding
+FEW = {"FRICTION": 4}  # bits: the last one of an acceleration mostly drowns in the speed's rounding
 PARAMETERS = (
     "desired_speed", "headway", "max_accel", "comfort_decel", "min_gap", "line_decel", "stop_position", "line_speed",
 )  # fmt: skip

@@ -21,6 +21,7 @@ GOLDEN = {
     "two-stops-v0": "f1fd779b5666d2e7d6afd4413b50e74fbf28f41dcc539feea7fd7c1dc5907135",
     "platoon-v0": "2ae0897903114ad7f276bdde4212777d7608ae52904999d1f7fcaef96be59ebf",
     "flickering-v0": "93ff3d6f866bb4fdbffbcdf8e2ffce7d450b3a9770bb604c2d55d4385b2d28e2",
+    "slippery-v0": "87133e53ca297ad316a5b274368590804b31019f18f36b253bb7e375b07f713f",
     "adversary-v0": "5b1a8a7eeecf015ec72d62300768afe8997d1e4bde4abc782b6c44e049f39624",
 }
 
