@@ -82,10 +82,20 @@ def judge(scenario: Scenario, positions: NDArray[np.float64], speed: float, agen
     return Outcome.RUNNING
 
 
-def braking(scenario: Scenario, position: float, speed: float, steps: int) -> list[float]:
+def friction(scenario: Scenario, chance: float, drawn: float) -> float:
+    """The friction of a world, given two draws that are uniform in [0, 1)."""
+    slippery = scenario.road.slippery
+    if slippery is None or chance >= slippery.share:
+        return scenario.road.friction
+    return slippery.friction[0] + (slippery.friction[1] - slippery.friction[0]) * drawn
+
+
+def braking(
+    scenario: Scenario, position: float, speed: float, steps: int, friction: float | None = None
+) -> list[float]:
     """Where a vehicle that brakes fully is after 0, 1, 2, ... steps: the actuator's equations, one by one."""
     vehicle, dt, accel = scenario.vehicle, scenario.dt, 0.0
-    grip, most = scenario.road.friction * 9.81, vehicle.jerk_limit * dt
+    grip, most = (friction or scenario.road.friction) * 9.81, vehicle.jerk_limit * dt
     positions = [position]
     for _ in range(steps):
         change = (vehicle.levels[0] - accel) * dt / (vehicle.lag + dt)
@@ -111,3 +121,40 @@ def feasible(scenario: Scenario, start: tuple[float, float], rears: NDArray[np.f
     freed = [step * scenario.dt for step, rear in enumerate(rears) if step > 0 and rear > 0.0]
     seen = (len(rears) - 1) * scenario.dt
     return seen <= latest or (len(freed) > 0 and freed[0] <= latest)
+
+
+def window(scenario: Scenario, step: int) -> int:
+    """The window of ``dropout_time`` seconds that a step lies in; 0 is the one that an episode begins with."""
+    return step // max(round(scenario.sensor.dropout_time / scenario.dt), 1)
+
+
+def sensed(
+    scenario: Scenario, truth: list[dict[str, float]], lost: set[int], errors: list[dict[str, float]]
+) -> list[dict[str, float]]:
+    """What an agent reads at the steps 0, 1, 2, ..., in SI units, given what a perfect sensor reads there.
+
+    In the steps that are ``lost`` the front sensor drops out. ``errors`` are what a sensor adds at each step to what it
+    reads of each element, in standard deviations.
+    """
+    sensor, read = scenario.sensor, []
+    empty = {"d_f": sensor.front_range, "v_f": scenario.road.speed_limit, "a_f": 0.0}
+    taken = [{**true, **(empty if step in lost else {})} for step, true in enumerate(truth)]
+    noise = {"d_f": sensor.noise_distance, "d_d": sensor.noise_distance, "a_e": sensor.noise_accel}
+    noise |= {"v_e": sensor.noise_speed, "v_f": sensor.noise_speed, "a_f": sensor.noise_accel}
+    for step, error in enumerate(errors):
+        shown = dict(taken[max(step - sensor.delay, 0)])
+        for symbol, deviation in noise.items():
+            shown[symbol] += deviation * error[symbol]
+            shown[symbol] = max(shown[symbol], 0.0) if symbol in {"v_e", "d_f", "v_f"} else shown[symbol]
+        facts = Facts(shown["v_e"], shown["j_e"], shown["d_d"], shown["d_f"], shown["v_f"], Outcome.RUNNING)
+        read.append({**shown, **critical(facts, scenario)})
+    return read
+
+
+def critical(facts: Facts, scenario: Scenario) -> dict[str, float]:
+    """The elements that Eq. (dis) gives for what was read, floored and clipped as the page says."""
+    a_max, d_0 = scenario.vehicle.max_decel, scenario.reward.safe_gap
+    d_fs, d_ds = max((facts.v_e**2 - facts.v_f**2) / (2 * a_max), d_0), facts.v_e**2 / (2 * a_max)
+    d_fc, d_dc = facts.d_f - d_fs, facts.d_d - d_ds
+    ratios = {"d_fc/d_fs": d_fc / d_fs, "d_dc/d_ds": d_dc / max(d_ds, 0.5)}
+    return {"d_fc": d_fc, "d_dc": d_dc, **{symbol: min(max(ratio, -1.0), 10.0) for symbol, ratio in ratios.items()}}

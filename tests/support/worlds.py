@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_envs import SCENARIOS, Goal, Reward, Scenario, Signal, Simulator, observation
+from hhrl_envs import SCENARIOS, Goal, Reward, Scenario, Signal, Simulator, Slippery, observation
 from hhrl_envs.scenario import limits
 from hhrl_envs.scenario.limits import Limits
 from hhrl_envs.scenario.profiles import ProfileFamily
@@ -63,7 +63,8 @@ def draw_scenario(rng: Rng) -> Scenario:
 
 def compile_kernels() -> None:
     """Compile what any scenario needs, so that it does not count as the time of one."""
-    for scenario in BASES:
+    slippery = replace(BASES[0], road=replace(BASES[0].road, slippery=Slippery(0.5, (0.1, 0.5))))
+    for scenario in (*BASES, slippery):
         simulator = Simulator(replace(scenario, feasible_only=False), 64)
         simulator.reset(np.arange(64))
         simulator.step(np.zeros(64, np.int64))
@@ -256,10 +257,15 @@ def _road(base: Scenario, rng: Rng, bold: float) -> Any:
         speed_limit=limit,
         stop_zone=zone,
         lines=lines,
+        slippery=_slippery(rng, bold),
         start_speed=_drawn((0.0, 0.0), speed, rng),
         start_distance=_drawn((0.0, 0.0), distance, rng),
     )
     return _changed(road, {name: limits.ROAD[name] for name in ("stop_speed", "friction")}, rng, bold)
+
+
+def _slippery(rng: Rng, bold: float) -> Slippery | None:
+    return _changed(Slippery(0.5, (0.05, 0.5)), limits.SLIPPERY, rng, bold) if rng.random() < 0.4 else None
 
 
 def _band(base: Scenario, rng: Rng, bold: float) -> Any:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hhrl_agents.agent import NO_OPTION, ClairvoyantAgent, Decision
-from hhrl_agents.rules.plans import Body, Caps, Goals, braking_reach, follow_rows, plan_rows
+from hhrl_agents.rules.plans import Body, Caps, Goals, follow_rows, plan_rows
 from hhrl_envs import Goal, Scenario, Simulator
 from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
 from hhrl_envs.errors import InputError
@@ -51,11 +51,13 @@ class Future(NamedTuple):
         motions: position [m], speed [m/s] and acceleration [m/s^2] of the egos now, float64 [B, 3].
         rears: the positions [m] of the rear of their front vehicles, float64 [B, horizon + 1].
         closed: the first positions [m] behind the line while its light is red, else infinite, float64 [B, horizon + 1].
+        grips: the most that the road lets the egos accelerate and brake with [m/s^2], float64 [B].
     """
 
     motions: Floats
     rears: Floats
     closed: Floats
+    grips: Floats
 
     def ceilings(self, gap: float) -> Floats:
         """Return the positions [m], float64 [B, horizon + 1], that egos which keep a gap may not reach."""
@@ -98,7 +100,7 @@ def foresee(simulator: Simulator) -> Future:
         if scenario.signal is not None:
             closed[:, t] = np.nextafter(ahead.lines, np.inf)
         ahead.step(brake)
-    return Future(simulator.motion(0), rears, closed)
+    return Future(simulator.motion(0), rears, closed, simulator.friction * GRAVITY)
 
 
 def quickest(future: Future, scenario: Scenario, manner: Manner = ANY) -> Plans:
@@ -107,18 +109,18 @@ def quickest(future: Future, scenario: Scenario, manner: Manner = ANY) -> Plans:
     Where the goal is to follow, time is no matter: the plans keep near the front vehicle until the horizon.
     """
     levels, body, ceilings = np.array(scenario.vehicle.levels), _body(scenario), future.ceilings(manner.gap)
-    usable = manner.levels(scenario)
-    caps = _caps(levels, usable, body)
+    usable, grips = manner.levels(scenario), future.grips
+    caps = Caps(int(usable[0]), int(usable[-1]))
     if scenario.goal == Goal.FOLLOW:
         plans, band = _all_braking(future, scenario, caps), max(scenario.band.low - manner.gap, 0.0)
-        follow_rows(future.motions, ceilings, band + KEPT_GAP, levels, caps, body, *plans)
+        follow_rows(future.motions, ceilings, band + KEPT_GAP, levels, caps, body, grips, *plans)
         return plans
     road, passing = scenario.road, scenario.goal == Goal.PASS
     ends, found = np.array([scenario.route_end] if passing else road.lines), []
     for tolerance in TOLERANCES:
         found.append(_all_braking(future, scenario, caps))
         goals = Goals(road.stop_zone, road.stop_speed, tolerance * road.stop_zone, passing)
-        plan_rows(future.motions, ceilings, ends, levels, caps, goals, body, *found[-1])
+        plan_rows(future.motions, ceilings, ends, levels, caps, goals, body, grips, *found[-1])
     return quicker(*found)
 
 
@@ -136,14 +138,9 @@ def _all_braking(future: Future, scenario: Scenario, caps: Caps) -> Plans:
 
 
 def _body(scenario: Scenario) -> Body:
-    vehicle, road, dt = scenario.vehicle, scenario.road, scenario.dt
+    vehicle, dt = scenario.vehicle, scenario.dt
     gain, most = dt / (vehicle.lag + dt), vehicle.jerk_limit * dt
-    return Body(dt, gain, most, road.friction * GRAVITY, road.speed_limit)
-
-
-def _caps(levels: Floats, usable: Ints, body: Body) -> Caps:
-    brake, throttle = int(usable[0]), int(usable[-1])
-    return Caps(brake, throttle, braking_reach(levels[throttle], levels[brake], body))
+    return Body(dt, gain, most, scenario.road.speed_limit)
 
 
 def manners(scenario: Scenario) -> tuple[Manner, ...]:

@@ -23,13 +23,16 @@ FOLLOW_SLACK = 1.0  # m; the room for what discrete levels cannot do
 
 
 class Body(NamedTuple):
-    """How an ego moves: the simulator's numbers; see ``hhrl_envs.simulation.dynamics``."""
+    """How an ego moves: the simulator's numbers; see ``hhrl_envs.simulation.dynamics``.
+
+    The ``grip`` is that of a world's road; see `of_world`.
+    """
 
     dt: float
     gain: float
     most: float
-    grip: float
     limit: float
+    grip: float = inf
 
 
 MOST_MOVES = 10_000_000
@@ -37,11 +40,14 @@ MOST_MOVES = 10_000_000
 
 
 class Caps(NamedTuple):
-    """The strongest levels that a plan uses, as indices, and the metres within which their brake always stops."""
+    """The strongest levels that a plan uses, as indices, and the metres within which their brake always stops.
+
+    This ``reach`` is a world's, as its road's grip is; see `of_world`.
+    """
 
     brake: int
     throttle: int
-    reach: float
+    reach: float = inf
 
 
 class Goals(NamedTuple):
@@ -81,10 +87,17 @@ def stop(motion: Motion, brake: float, body: Body, left: Ints) -> float:
     return motion[0]
 
 
-@kernel
+@inner
 def braking_reach(accel: float, brake: float, body: Body) -> float:
     """Return the metres that an ego at the speed limit, with this acceleration, takes to stop."""
     return stop((0.0, body.limit, accel), brake, body, np.full(1, MOST_MOVES))
+
+
+@inner
+def of_world(body: Body, caps: Caps, levels: Floats, grip: float) -> tuple[Body, Caps]:
+    """Return how an ego moves on the road of one world, and the reach of its brake there."""
+    own = Body(body.dt, body.gain, body.most, body.limit, grip)
+    return own, Caps(caps.brake, caps.throttle, braking_reach(levels[caps.throttle], levels[caps.brake], own))
 
 
 @inner
@@ -167,20 +180,22 @@ def leg(
 @kernel
 def plan_rows(
     motions: Floats, ceilings: Floats, lines: Floats, levels: Floats, caps: Caps, goals: Goals, body: Body,
-    steps: Ints, actions: Codes,
+    grips: Floats, steps: Ints, actions: Codes,
 ) -> None:  # fmt: skip
     """Plan the quickest way along all ``lines`` for every row of ``motions``, float64 [B, 3].
 
-    ``ceilings``, float64 [B, horizon + 1], are the positions that an ego may not reach. ``steps``, int64 [B], becomes
-    the steps until the end, or 0 where no plan comes there in time; ``actions``, int8 [B, horizon], the levels.
+    ``ceilings``, float64 [B, horizon + 1], are the positions that an ego may not reach, ``grips``, float64
+    [B], those of the roads. ``steps``, int64 [B], becomes the steps until the end, or 0 where no plan comes there in
+    time; ``actions``, int8 [B, horizon], the levels.
     """
     for row in range(steps.size):
+        own, limits = of_world(body, caps, levels, grips[row])
         motion, done, left = (motions[row, 0], motions[row, 1], motions[row, 2]), 0, np.full(1, MOST_MOVES)
         for place in range(lines.size):
             if 0 <= done <= actions.shape[1]:
                 passing = goals.passing and place == lines.size - 1
                 done, motion = leg(
-                    done, motion, lines[place], passing, ceilings[row], levels, caps, goals, body, left, actions[row]
+                    done, motion, lines[place], passing, ceilings[row], levels, limits, goals, own, left, actions[row]
                 )
         steps[row] = done if 0 < done <= actions.shape[1] and left[0] > 0 else 0
 
@@ -208,8 +223,9 @@ def stays_behind(
 
 @kernel
 def follow_rows(
-    motions: Floats, ceilings: Floats, gap: float, levels: Floats, caps: Caps, body: Body, steps: Ints, actions: Codes
-) -> None:
+    motions: Floats, ceilings: Floats, gap: float, levels: Floats, caps: Caps, body: Body, grips: Floats, steps: Ints,
+    actions: Codes,
+) -> None:  # fmt: skip
     """Plan to drive up to ``gap`` metres below the ceilings and keep there until the horizon; see `plan_rows`.
 
     Every step takes the highest level that `follow` does not exceed and after which braking still keeps the gap. A plan
@@ -217,18 +233,19 @@ def follow_rows(
     """
     for row in range(steps.size):
         motion, left = (motions[row, 0], motions[row, 1], motions[row, 2]), np.full(1, MOST_MOVES)
+        own, _ = of_world(body, caps, levels, grips[row])
         steps[row] = actions.shape[1]
         for t in range(actions.shape[1]):
             chosen = caps.brake
-            wanted = follow(motion, gap, ceilings[row, t], ceilings[row, t + 1], body)
+            wanted = follow(motion, gap, ceilings[row, t], ceilings[row, t + 1], own)
             for level in range(caps.throttle, caps.brake, -1):
-                moved = drive(motion, levels[level], body)
+                moved = drive(motion, levels[level], own)
                 near = level == caps.brake + 1 or 0.5 * (levels[level] + levels[level - 1]) <= wanted
-                if near and stays_behind(moved, t + 1, gap, ceilings[row], levels[caps.brake], body, left):
+                if near and stays_behind(moved, t + 1, gap, ceilings[row], levels[caps.brake], own, left):
                     chosen = level
                     break
             actions[row, t] = chosen
-            motion = drive(motion, levels[chosen], body)
+            motion = drive(motion, levels[chosen], own)
             if motion[0] >= ceilings[row, t + 1] or left[0] <= 0:
                 steps[row] = 0
                 break

@@ -75,11 +75,28 @@ class Vehicle:
 
 
 @dataclass(frozen=True)
+class Slippery:
+    """A road that is more slippery in some worlds, or less, and looks the same in all of them.
+
+    In a ``share`` of the worlds the road's friction is drawn from the range ``friction`` instead. In all worlds of such
+    a scenario friction also cuts the throttle of scripted vehicles.
+    """
+
+    share: float
+    friction: Range
+
+    def __post_init__(self) -> None:
+        """Reject values without a meaning."""
+        check(self, **numbers(limits.SLIPPERY, "share"), **intervals(limits.SLIPPERY, "friction"))
+
+
+@dataclass(frozen=True)
 class Road:
     """The approach: speed limit, stop-lines, stop window ``0 <= d_d <= stop_zone`` at ``v_e < stop_speed``, start.
 
     ``lines`` are the positions of none, one or two stop-lines; the ego starts ``start_distance`` metres before
-    position 0. ``friction`` times 9.81 m/s^2 is the most that any vehicle brakes or accelerates with.
+    position 0. ``friction`` times 9.81 m/s^2 is the most that any vehicle brakes and any agent accelerates with; no
+    observation tells it. It differs from world to world where the road is ``slippery``.
     """
 
     speed_limit: float = 12.0
@@ -89,6 +106,7 @@ class Road:
     friction: float = 1.0
     start_distance: Range = (55.0, 85.0)
     start_speed: Range = (5.0, 10.0)
+    slippery: Slippery | None = field(default=None, metadata=ADDITION)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
@@ -97,10 +115,17 @@ class Road:
             lines=ascending(0, 2, *limits.ROAD["lines"][:2], "none, one or two stop-lines in metres, such as (0.0,)"),
             **numbers(limits.ROAD, "speed_limit", "stop_zone", "stop_speed", "friction"),
             **intervals(limits.ROAD, "start_distance", "start_speed"),
+            slippery=optional(instance(Slippery)),
         )
         before, slow = self.stop_zone <= self.start_distance[0], self.start_speed[1] <= self.speed_limit
         agree(self, before, "start_distance", "stop_zone", write="a start_distance of at least stop_zone")
         agree(self, slow, "start_speed", "speed_limit", write="a start_speed of at most speed_limit")
+
+    @property
+    def frictions(self) -> Range:
+        """The least and the largest friction that a world may have."""
+        low, high = self.slippery.friction if self.slippery else (self.friction, self.friction)
+        return min(low, self.friction), max(high, self.friction)
 
 
 @dataclass(frozen=True)
@@ -137,6 +162,10 @@ class Sensor:
     """What the agents' sensors do: ranges, normal noise on the base quantities (standard deviations), delay in steps.
 
     Safety distances are computed from the noisy quantities; rewards and outcomes use the truth.
+
+    The front sensor may drop out. An episode is cut into windows of ``dropout_time`` seconds, rounded to whole steps,
+    the first of them from its start on. With the chance ``dropout`` an agent reads a free road all through a window,
+    whatever is in front. In the first window nothing drops out, so every agent has once seen who is in front of it.
     """
 
     front_range: float = 100.0
@@ -145,16 +174,20 @@ class Sensor:
     noise_speed: float = 0.0
     noise_accel: float = 0.0
     delay: int = 0
+    dropout: float = field(default=0.0, metadata=ADDITION)
+    dropout_time: float = field(default=1.0, metadata=ADDITION)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         measured = ("front_range", "line_range", "noise_distance", "noise_speed", "noise_accel")
-        check(self, **numbers(limits.SENSOR, *measured), delay=integer(*limits.SENSOR["delay"]))
+        dropouts = numbers(limits.SENSOR, "dropout", "dropout_time")
+        check(self, **numbers(limits.SENSOR, *measured), **dropouts, delay=integer(*limits.SENSOR["delay"]))
 
     @property
     def perfect(self) -> bool:
         """Whether the agents see the truth."""
-        return self.delay == 0 and self.noise_distance == self.noise_speed == self.noise_accel == 0.0
+        exact = self.noise_distance == self.noise_speed == self.noise_accel == 0.0
+        return exact and self.delay == 0 and self.dropout == 0.0
 
 
 @dataclass(frozen=True)
@@ -334,8 +367,8 @@ class Scenario:
 
     @property
     def plain(self) -> bool:
-        """Whether the world is nothing but a road with one line to stop at, and its reward is read as usual."""
-        usual = self.reward.unsafe == "floored"
+        """Whether the world is nothing but a road with one line to stop at, and its reward and road are as usual."""
+        usual = self.reward.unsafe == "floored" and self.road.slippery is None
         return self.goal == Goal.STOP and len(self.road.lines) == 1 and self.signal is None and usual
 
     @property

@@ -7,11 +7,12 @@ from hhrl_envs.observation import ELEMENTS, SCALES, SYMBOLS
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import in_turn, inner, kernel, spliced, unsigned
 from hhrl_envs.simulation.engine.layout import locate_row
-from hhrl_envs.simulation.engine.random_streams import normal, stream
-from hhrl_envs.simulation.sub_goal_kernels import KERNELS
+from hhrl_envs.simulation.engine.random_streams import normal, stream, unit
+from hhrl_envs.simulation.sub_goal_kernels import KERNELS, lose_front
 from hhrl_envs.sub_goals import SUB_GOALS
 
-NOISE = 7  # purpose of the noise streams
+NOISE = 7  # purpose of the noise streams, a step each from here on
+DROPOUTS = 1 << 32  # purpose of the streams of drop-outs, beyond those of the noise
 EXACT = -1
 _DERIVED = {symbol for goal in SUB_GOALS for symbol in (goal.critical, goal.ratio)}
 _NOISE = {None: EXACT, "speed": at.NOISE_SPEED, "accel": at.NOISE_ACCEL, "distance": at.NOISE_DISTANCE}
@@ -44,13 +45,27 @@ def measure(m: Floats, s: int, c: Floats, lanes: int) -> None:
 
 
 @inner
-def blur(m: Floats, s: int, history: Floats, keys: Keys, agent: int, step: int, row: int, c: Floats) -> None:
-    """Replace what one agent measures by delayed and noisy values, and derive the other elements from them.
+def drops_out(keys: Keys, agent: int, step: int, row: int, c: Floats) -> bool:
+    """Return whether an agent's front sensor drops out in a step: drawn for each window but the first.
 
-    ``s`` is the agent's record plus its lane. ``history``, float64 [delay + 1, channel, agent, row], is a ring of
-    the last measurements; before there are enough, the first ones are shown. Noise is keyed by (seed, episode,
-    agent, step, channel), so it does not depend on the batch.
+    It is keyed by (seed, episode, agent, window), so it does not depend on the batch.
     """
+    window = step // int(c[at.DROPOUT_STEPS])
+    key = stream(keys[0, row], keys[1, row], unsigned(agent), unsigned(DROPOUTS))
+    return window > 0 and unit(key, unsigned(window)) < c[at.DROPOUT]
+
+
+@inner
+def blur(m: Floats, s: int, history: Floats, keys: Keys, agent: int, step: int, row: int, c: Floats) -> None:
+    """Replace what one agent measures by what its sensors tell, and derive the other elements from that.
+
+    Drop-outs are in what is measured, so a delay delays them too; noise is added in the end. ``s`` is the agent's
+    record plus its lane. ``history``, float64 [delay + 1, channel, agent, row], is a ring of the last measurements;
+    before there are enough, the first ones are shown. Noise is keyed by (seed, episode, agent, step, channel), so it
+    does not depend on the batch.
+    """
+    if (c[at.DROPOUT] > 0.0) and drops_out(keys, agent, step, row, c):
+        lose_front(m, s, c)
     size = history.shape[0]
     shown = max(step - (size - 1), 0) % size
     key = stream(keys[0, row], keys[1, row], unsigned(agent), unsigned(NOISE + step))

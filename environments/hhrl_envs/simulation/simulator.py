@@ -148,6 +148,12 @@ class Simulator:
         feasible: Flags = self._memory.of_row(at.FEASIBLE) != 0.0
         return feasible
 
+    @property
+    def friction(self) -> Floats:
+        """The friction of the road in the current episode, float64 [B]; no observation tells it."""
+        self._require_reset()
+        return self._memory.of_agent(0, at.ROAD_FRICTION, 1)[:, 0]
+
     def of_agent(self, agent: int) -> Results:
         """Return the results of one agent: 0 is the ego, k the learned front vehicle in slot k."""
         self._require_reset()
@@ -298,7 +304,7 @@ class Simulator:
         attempts, left = 0, MOST_AHEAD
         while attempts < MAX_ATTEMPTS and left > 0:
             attempts += 1
-            left -= max(self._each_slice(decide_rows, self.num_rows)) * self.scenario.num_vehicles
+            left -= max(self._each_slice(decide_rows, self._special, self.num_rows)) * self.scenario.num_vehicles
             self._run(BEGIN | SHOW)
             if self.ended >= 0:
                 return

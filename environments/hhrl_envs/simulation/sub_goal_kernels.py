@@ -147,6 +147,12 @@ def measure_follow(m: Floats, s: int, c: Floats, lanes: int) -> None:
         m[s + FC_RATIO + i] = ratio
 
 
+@inner
+def lose_front(m: Floats, s: int, c: Floats) -> None:
+    """Measure an empty road instead of the front vehicle; what is derived from that is not written."""
+    m[s + D_F], m[s + V_F], m[s + A_F] = c[at.FRONT_RANGE], c[at.SPEED_LIMIT], 0.0
+
+
 @spliced
 def safety_follow(m: Floats, s: int, c: Floats) -> float:
     """Return d_fs."""

@@ -14,6 +14,7 @@ from hhrl_envs import scenario_to_json as to_json
 from hhrl_envs.scenario import files
 from hhrl_envs.scenario.registry import add_scenario
 from hhrl_envs.simulation.rewards import UNSAFE
+from support.hidden import HIDDEN
 
 MAIN = SCENARIOS["stop-line-v0"]
 
@@ -27,7 +28,7 @@ def changed(*place: str | int, value: Any) -> str:
     return json.dumps(data)
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenario: scenario.id)
+@pytest.mark.parametrize("scenario", [*SCENARIOS.values(), *HIDDEN.values()], ids=lambda scenario: scenario.id)
 def test_what_is_written_is_read_again_to_the_same_hash(scenario: Scenario, tmp_path: Path) -> None:
     path = tmp_path / "world.json"
     path.write_text(to_json(scenario))
@@ -82,6 +83,14 @@ def test_a_file_may_ask_for_the_printed_reward(tmp_path: Path) -> None:
         (changed("road", "friction", value=True), "road.friction is True; write a coefficient"),
         (changed("road", "lines", value=0.0), "road.lines is 0.0; write"),
         (changed("road", "start_speed", value=[5]), "road.start_speed is (5,); write a list (low, high) in m/s"),
+        (changed("road", "slippery", value=0.3), "road.slippery is 0.3; write an object with the keys share, friction"),
+        (changed("road", "slippery", value={"share": 1}), "road.slippery lacks 'friction'; add it"),
+        (
+            changed("road", "slippery", value={"share": 2, "friction": [0.1, 0.2]}),
+            "road.slippery.share is 2; write a share from 0 to 1",
+        ),
+        (changed("sensor", "dropout", value=1.0), "sensor.dropout is 1.0; write a share from 0 to 0.95"),
+        (changed("sensor", "dropout_time", value=0), "sensor.dropout_time is 0; write seconds from 0.001 to 1000"),
         (changed("dt", value=float("1e308") * 10), "Infinity is no number"),
         (changed("goal", value=0), "goal is 0; write one of: 'STOP', 'PASS', 'FOLLOW'"),
         (changed("goal", value=["STOP"]), "goal is ['STOP']; write one of"),

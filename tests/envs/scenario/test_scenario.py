@@ -5,7 +5,19 @@ from typing import Any
 
 import pytest
 
-from hhrl_envs import SCENARIOS, Goal, InputError, Road, Scenario, Signal, UnknownScenarioError, Vehicle, get_scenario
+from hhrl_envs import (
+    SCENARIOS,
+    Goal,
+    InputError,
+    Road,
+    Scenario,
+    Sensor,
+    Signal,
+    Slippery,
+    UnknownScenarioError,
+    Vehicle,
+    get_scenario,
+)
 
 MAIN = get_scenario("stop-line-v0")
 
@@ -37,11 +49,17 @@ def test_hashes_follow_what_they_stand_for() -> None:
 def test_an_addition_counts_in_the_hash_only_where_it_is_used() -> None:
     """Fields that scenarios did not always have leave the hash of every scenario without them as it was."""
     before = {name: value for name, value in asdict(MAIN).items() if value is not None}
-    del before["reward"]["unsafe"]
+    for part, additions in {"reward": ["unsafe"], "sensor": ["dropout", "dropout_time"], "road": ["slippery"]}.items():
+        for addition in additions:
+            del before[part][addition]
     stored = json.dumps(before, sort_keys=True)
     assert MAIN.spec_hash == hashlib.sha256(stored.encode()).hexdigest()
     printed = replace(MAIN, reward=replace(MAIN.reward, unsafe="printed"))
-    assert len({MAIN.spec_hash, printed.spec_hash, replace(MAIN, learned_fronts=1).spec_hash}) == 3
+    flickering = replace(MAIN, sensor=Sensor(dropout=0.5))
+    slower = replace(MAIN, sensor=Sensor(dropout=0.5, dropout_time=2.0))
+    slippery = replace(MAIN, road=Road(slippery=Slippery(0.5, (0.1, 0.3))))
+    others = printed, flickering, slower, slippery, replace(MAIN, learned_fronts=1)
+    assert len({MAIN.spec_hash, *(other.spec_hash for other in others)}) == 1 + len(others)
     assert replace(printed, reward=MAIN.reward).spec_hash == MAIN.spec_hash
 
 
