@@ -57,15 +57,12 @@ def drops_out(keys: Keys, agent: int, step: int, row: int, c: Floats) -> bool:
 
 @inner
 def blur(m: Floats, s: int, history: Floats, keys: Keys, agent: int, step: int, row: int, c: Floats) -> None:
-    """Replace what one agent measures by what its sensors tell, and derive the other elements from that.
+    """Replace what one agent measures by delayed and noisy values, and derive the other elements from them.
 
-    Drop-outs are in what is measured, so a delay delays them too; noise is added in the end. ``s`` is the agent's
-    record plus its lane. ``history``, float64 [delay + 1, channel, agent, row], is a ring of the last measurements;
-    before there are enough, the first ones are shown. Noise is keyed by (seed, episode, agent, step, channel), so it
-    does not depend on the batch.
+    ``s`` is the agent's record plus its lane. ``history``, float64 [delay + 1, channel, agent, row], is a ring of
+    the last measurements; before there are enough, the first ones are shown. Noise is keyed by (seed, episode,
+    agent, step, channel), so it does not depend on the batch.
     """
-    if (c[at.DROPOUT] > 0.0) and drops_out(keys, agent, step, row, c):
-        lose_front(m, s, c)
     size = history.shape[0]
     shown = max(step - (size - 1), 0) % size
     key = stream(keys[0, row], keys[1, row], unsigned(agent), unsigned(NOISE + step))
@@ -99,13 +96,17 @@ def blur_rows(
 ) -> None:
     """Write the observations of the blocks from low to high as the sensors see them.
 
-    ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements.
+    ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements, drop-outs included: a delay
+    delays them too.
     """
+    flickers = c[at.DROPOUT] > 0.0
     for row in range(low * at.LANES, min(high * at.LANES, rows)):
         s, r = locate_row(row, c)
         step = int(m[r + at.STEPS])
         for agent in range(observations.shape[1]):
             measure(m, s, c, unsigned(1))
+            if flickers and drops_out(keys, agent, step, row, c):
+                lose_front(m, s, c)
             blur(m, s, history, keys, agent, step, row, c)
             observe(m, s, observations, agent, unsigned(row), unsigned(1))
             s += at.VEHICLE
