@@ -107,7 +107,7 @@ def _columns(run: Run) -> Columns:
         "outcome": [one.name.lower() for one in outcomes],
         "cause": [one.name.lower() if fails else None for one, fails in zip(outcomes, failed, strict=True)],
         "steps": records.steps.tolist(),
-        **{metric.key: _values(metric, records) for metric in [*metrics, OVERRUN]},
+        **{one.key: _values(one, records) for one in [*metrics, OVERRUN] if one.follows_from(records.measured)},
     }
 
 
