@@ -73,7 +73,7 @@ ADVERSARY = {"hardest_brake": Limits(0.1, 100.0, "m/s^2"), "patience": Limits(0.
 SCENARIO = {
     "route_end": Limits(0.1, 1e4, "metres"),
     "dt": Limits(0.001, 1.0, "seconds"),
-    "horizon": Limits(1, 40_000, "steps"),
+    "horizon": Limits(1, 20_000, "steps"),
     "learned_fronts": Limits(0, MOST_FRONTS, "front vehicles"),
 }
 LONGEST = 3600.0  # s; an hour at the highest speeds is still short of where absent vehicles are kept

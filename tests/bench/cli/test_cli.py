@@ -301,7 +301,8 @@ def test_lists_name_what_is_registered() -> None:
 def test_learned_agents_are_listed_with_what_sets_them_apart() -> None:
     agents = {agent["id"]: agent for agent in json.loads(done("list", "agents", "--json"))}
     assert {name: agents[name]["summary"] for name in METHODS} == {name: m.summary for name, m in METHODS.items()}
-    assert all(agents[name]["summary"] is None for name in RULES)
+    assert agents["rule-2"]["summary"] == "always stops at the stop-line"
+    assert all(agents[name]["summary"] for name in [*RULES, *ORACLES])
     lines = done("list", "agents").splitlines()
     for name, method in METHODS.items():
         assert any(line.split()[0] == name and line.rstrip().endswith(method.summary) for line in lines)

@@ -60,7 +60,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         ),
         (
             "my_factories:careless",
-            "Scenario.horizon is -1; write an integer from 1 to 40000 (steps) (my_factories.py, line 19)",
+            "Scenario.horizon is -1; write an integer from 1 to 20000 (steps) (my_factories.py, line 19)",
         ),
         (
             "my_factories:greedy",

@@ -138,7 +138,7 @@ ENDLESS = [
     ("Vehicle", "jerk_limit", 1e-12, "m/s^3 from 0.1 to 1000000"),
     ("Vehicle", "max_decel", 1e-320, "m/s^2 from 0.1 to 100"),
     ("Road", "friction", 1e-9, "a coefficient from 0.01 to 1.5"),
-    ("Scenario", "horizon", 10**6, "an integer from 1 to 40000 (steps)"),
+    ("Scenario", "horizon", 10**6, "an integer from 1 to 20000 (steps)"),
 ]  # once they kept a loop from ending, or gave a NaN
 CASES = [(part, field, value) for part, bad in BAD.items() for field, values in bad.items() for value in values]
 

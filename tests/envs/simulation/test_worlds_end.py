@@ -96,7 +96,7 @@ def test_a_search_for_a_feasible_world_ends() -> None:
         replace(family, dwell=(1000.0, 1000.0), styles=(1.0, 0.0, 0.0)) for family in MAIN.traffic.families
     )
     traffic = replace(MAIN.traffic, families=families, count_shares=(0.0, 0.0, 0.0, 1.0))
-    simulator = Simulator(replace(MAIN, traffic=traffic, dt=0.01, horizon=40_000), 1)
+    simulator = Simulator(replace(MAIN, traffic=traffic, dt=0.01, horizon=20_000), 1)
     begun = time.thread_time()
     with pytest.raises(InputError, match="draws no feasible world"):
         simulator.reset([0])
