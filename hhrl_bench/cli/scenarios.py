@@ -32,6 +32,7 @@ def check(task: Annotated[str, typer.Argument(metavar="FILE", help=TASK_HELP, sh
     from hhrl_bench.cli.console import announce_compiling
     from hhrl_bench.tasks.tasks import get_task
     from hhrl_envs import SUB_GOALS, Simulator, get_scenario
+    from hhrl_envs.simulation.simulator import MAKE_FEASIBLE
     from hhrl_envs.simulation.survey import feasible_share
 
     chosen = get_task(task)
@@ -46,5 +47,5 @@ def check(task: Annotated[str, typer.Argument(metavar="FILE", help=TASK_HELP, sh
     solved = f"{share:.1%} of {SURVEYED:,} worlds as they are drawn can be solved"
     typer.echo(f"{solved}; others are {'drawn anew' if scenario.feasible_only else 'kept'}")
     if share < MANY:
-        typer.echo("few: give it wider gaps, more start_distance, less start_speed, more friction or a longer horizon")
+        typer.echo(f"few: {MAKE_FEASIBLE}")
     typer.echo(f"training budget {chosen.env_steps:,} env steps a seed; worlds: {ranges}")

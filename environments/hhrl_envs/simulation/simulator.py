@@ -39,6 +39,9 @@ from hhrl_envs.sub_goals import RUNNING
 
 MAX_ATTEMPTS = 1000
 MOST_AHEAD = 10_000_000  # steps times vehicles that these attempts drive a row ahead in all
+MAKE_FEASIBLE = "give it wider gaps, more start_distance, less start_speed, more friction or a longer horizon"
+"""What to do with a scenario of which few worlds can be solved, or none."""
+
 _SHARES = (0.5, 0.25, 0.125, 0.125)  # of a thread's rows: the pieces that it takes, the small ones last
 
 
@@ -308,8 +311,7 @@ class Simulator:
             self._run(BEGIN | SHOW)
             if self.ended >= 0:
                 return
-        hint = "give it wider gaps, more start_distance, less start_speed, more friction or a longer horizon"
-        hint += ", or set feasible_only=False"
+        hint = f"{MAKE_FEASIBLE}, or set feasible_only=False"
         raise InputError(f"scenario {self.scenario.id!r} draws no feasible world; {hint}")
 
     def _run(self, parts: int) -> None:

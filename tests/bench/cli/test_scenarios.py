@@ -34,6 +34,15 @@ def test_a_scenario_is_shown_as_a_file_and_checked(folder: Path) -> None:
     )
 
 
+def test_few_worlds_that_can_be_solved_are_told(folder: Path) -> None:
+    data = json.loads(invoke("scenario", "show", "stop-line-v0").stdout)
+    road = data["road"] | {"start_distance": [2, 3], "friction": 0.05}
+    (folder / "near.json").write_text(json.dumps(data | {"id": "near-v0", "road": road, "feasible_only": False}))
+    checked = invoke("scenario", "check", "near.json")
+    assert checked.exit_code == 0
+    assert "0.0% of 1,000 worlds as they are drawn can be solved; others are kept\nfew: give it wider" in checked.stdout
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
