@@ -1,12 +1,16 @@
 """The one way in which this package compiles its kernels."""
 
+import gc
 from collections.abc import Callable, Iterable
 from functools import reduce
+from types import SimpleNamespace
 from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
 from numba import njit
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 from hhrl_envs.errors import InputError
 from hhrl_envs.simulation.engine.kernel_cache import keep
@@ -20,8 +24,45 @@ unsigned = cast(Callable[[float], int], np.uint64)
 """Makes an index unsigned; see ``layout`` for why."""
 
 
-def _compiled(function: Callable[..., object], **options: Any) -> Any:
-    return cast(Any, njit)(nogil=True, error_model="numpy", **options)(function)
+class _Part(JITCodeLibrary):
+    """What LLVM gets of a part of kernels: no more than its text, which each kernel optimises with all else of its own.
+
+    numba would optimise every part by itself and once more in all that call it, and make machine code of it each time.
+    """
+
+    def _optimize_final_module(self) -> None: ...
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+    @property
+    def codegen(self) -> Any:
+        """Return what a function that Python calls would be made known to."""
+        return SimpleNamespace(set_env=lambda *_: None)
+
+
+class _KernelCompiler(Compiler):
+    def compile_extra(self, func: Callable[..., object]) -> Any:
+        """Compile a function, without the garbage collector, which would look through all of numba again and again."""
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            return super().compile_extra(func)  # type: ignore[no-untyped-call]
+        finally:
+            if collects:
+                gc.enable()
+
+
+class _PartCompiler(_KernelCompiler):
+    def define_pipelines(self) -> Any:
+        """Return numba's usual passes, for a function that becomes a part."""
+        state = self.state
+        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        return super().define_pipelines()  # type: ignore[no-untyped-call]
+
+
+def _compiled(function: Callable[..., object], compiler: type[Compiler] = _KernelCompiler, **options: Any) -> Any:
+    return cast(Any, njit)(nogil=True, error_model="numpy", pipeline_class=compiler, **options)(function)
 
 
 def kernel(function: F) -> F:
@@ -35,12 +76,16 @@ def kernel(function: F) -> F:
     return cast(F, compiled)
 
 
+def _part(function: F, **options: Any) -> F:
+    return cast(F, _compiled(function, _PartCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options))
+
+
 def inner(function: F) -> F:
-    """Return ``function`` compiled as a part of kernels; without a wrapper and a cache of its own that is faster.
+    """Return ``function`` compiled as a part of kernels; without wrapper, cache and machine code that is faster.
 
     Python must not call it: nothing would catch the fall.
     """
-    return cast(F, _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True))
+    return _part(function)
 
 
 def spliced(function: F) -> F:
@@ -56,7 +101,7 @@ def inlined(function: F) -> F:
 
     A loop over lanes vectorises only where all that it calls for a lane is inlined.
     """
-    return cast(F, _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True))
+    return _part(function, forceinline=True)
 
 
 def in_turn(functions: Iterable[F]) -> F:
