@@ -11,6 +11,7 @@ from hhrl_envs.scenario.registry import SCENARIOS, get_scenario
 from hhrl_envs.scenario.scenario import (
     Adversary,
     Band,
+    Ghosts,
     Goal,
     Reward,
     Road,
@@ -32,6 +33,7 @@ __all__ = [
     "SUB_GOALS",
     "Adversary",
     "Band",
+    "Ghosts",
     "Goal",
     "InputError",
     "NumericInfos",

@@ -59,6 +59,11 @@ SENSOR = {
     "dropout": Limits(0.0, 0.95, "a share"),
     "dropout_time": Limits(0.001, 1000.0, "seconds"),
 }
+GHOSTS = {
+    "share": Limits(0.0, 1.0, "a share"),
+    "stretch": Limits(10.0, 1000.0, "metres"),
+    "near": Limits(0.5, 1000.0, "metres"),
+}
 
 TRAFFIC = {"gap": Limits(1.0, 1000.0, "metres"), "speed": Limits(0.0, 100.0, "m/s")}
 MOST_FRONTS = 100

@@ -17,15 +17,19 @@ class _ById(dict[str, Scenario]):
 
 _by_id = _ById()
 _places: dict[str, float] = {}
+_successors: dict[str, str] = {}
 
 SCENARIOS: Mapping[str, Scenario] = MappingProxyType(_by_id)
 """Every registered scenario by its id; an unknown id raises ``UnknownScenarioError`` that lists the known ones."""
 
+SUPERSEDED: Mapping[str, str] = MappingProxyType(_successors)
+"""The registered scenarios that are kept for old results only, and the one to use in place of each, by their ids."""
 
-def add_scenario(scenario: Scenario, place: float = inf) -> None:
+
+def add_scenario(scenario: Scenario, place: float = inf, superseded_by: str | None = None) -> None:
     """Register a scenario at a ``place`` in the order of all lists, by default behind those that are there.
 
-    An equal one that is there already stays.
+    An equal one that is there already stays. One that is ``superseded_by`` another, named by its id, says so in lists.
 
     Raises:
         InputError: if another scenario has its id.
@@ -35,6 +39,8 @@ def add_scenario(scenario: Scenario, place: float = inf) -> None:
     if scenario.id in _by_id:
         return
     _places[scenario.id] = place
+    if superseded_by is not None:
+        _successors[scenario.id] = superseded_by
     known = sorted([*_by_id.values(), scenario], key=lambda one: _places[one.id])
     _by_id.clear()
     _by_id.update((one.id, one) for one in known)

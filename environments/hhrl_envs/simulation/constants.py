@@ -4,7 +4,7 @@ import numpy as np
 
 from hhrl_envs.arrays import Floats
 from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
-from hhrl_envs.scenario.scenario import Adversary, Goal, Scenario
+from hhrl_envs.scenario.scenario import Adversary, Ghosts, Goal, Scenario
 from hhrl_envs.simulation.engine import layout
 from hhrl_envs.simulation.engine.layout import FAMILY_TABLE_WIDTH, SLOW_CHANCE, STYLE_SHARES, WEIGHT
 from hhrl_envs.simulation.traffic import guard_margin
@@ -100,7 +100,7 @@ def _draws(scenario: Scenario) -> dict[int, float]:
 
 
 def _perception(scenario: Scenario) -> dict[int, float]:
-    sensor = scenario.sensor
+    sensor, ghosts = scenario.sensor, scenario.sensor.ghosts or Ghosts(share=0.0)
     return {
         layout.FRONT_RANGE: sensor.front_range,
         layout.LINE_RANGE: sensor.line_range,
@@ -109,6 +109,9 @@ def _perception(scenario: Scenario) -> dict[int, float]:
         layout.NOISE_DISTANCE: sensor.noise_distance,
         layout.DROPOUT: sensor.dropout,
         layout.DROPOUT_STEPS: max(round(sensor.dropout_time / scenario.dt), 1),
+        layout.GHOSTS: ghosts.share,
+        layout.GHOST_STRETCH: ghosts.stretch,
+        layout.GHOST_NEAR: ghosts.near,
     }
 
 

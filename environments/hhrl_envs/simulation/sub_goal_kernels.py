@@ -153,6 +153,12 @@ def lose_front(m: Floats, s: int, c: Floats) -> None:
     m[s + D_F], m[s + V_F], m[s + A_F] = c[at.FRONT_RANGE], c[at.SPEED_LIMIT], 0.0
 
 
+@inner
+def meet_ghost(m: Floats, s: int, place: float) -> None:
+    """Measure a vehicle that stands at a place instead of the front vehicle; what is derived from that is not written."""
+    m[s + D_F], m[s + V_F], m[s + A_F] = place - m[s + at.POSITION], 0.0, 0.0
+
+
 @spliced
 def safety_follow(m: Floats, s: int, c: Floats) -> float:
     """Return d_fs."""

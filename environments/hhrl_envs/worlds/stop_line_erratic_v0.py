@@ -1,4 +1,4 @@
-"""A harder tier: a sluggish vehicle behind drivers who brake hard without a reason.
+"""Superseded by stop-line-erratic-v1: a sluggish vehicle behind drivers who brake hard without a reason.
 
 On a 72 km/h road the fronts brake with 6 to 8 m/s^2 for 1 to 3 s, every 60 to 140 m (every few seconds). The ego's
 brakes build up with a lag of 1 s, as a loaded lorry's, and 2.5 m/s^3 of jerk (what ISO 15622 allows an adaptive cruise
@@ -40,4 +40,4 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=5)
+env, raw_env, parallel_env = register(SCENARIO, place=16, superseded_by="stop-line-erratic-v1")
