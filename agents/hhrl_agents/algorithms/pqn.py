@@ -13,7 +13,8 @@ import numpy as np
 from hhrl_agents.agent import ACTION, NO_OPTION
 from hhrl_agents.algorithms.td_errors import Level, Room, Settings, make_room, regress
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.layers import FEATURES, block, forward
+from hhrl_agents.networks.arithmetic import ONE, block
+from hhrl_agents.networks.layers import FEATURES, forward
 from hhrl_agents.networks.parameters import Memory, advance_powers
 from hhrl_agents.seeding import Purpose, generator, restore_stream, save_stream
 from hhrl_agents.training.drivers import EGO_ALONE, Drivers
@@ -112,9 +113,9 @@ def fit(memory: Memory, level: Level, targets: Targets, columns: Ints, room: Roo
     """Return the mean squared error of the values of these transitions, int64 [M], after one gradient step down it."""
     count = columns.size
     states = block(room.work, room.capacity, 0, count, level.layout[0, FEATURES])
-    errors, weights = np.empty(count, np.float32), np.ones(count, np.float32)
-    actions = np.empty(count, np.int64)
+    actions, errors, weights = room.choices[0], room.numbers[0], room.numbers[1, :count]
     for m in range(count):
+        weights[m] = ONE
         actions[m] = targets.actions[columns[m]]
         for f in range(states.shape[1]):
             states[m, f] = targets.states[columns[m], f]

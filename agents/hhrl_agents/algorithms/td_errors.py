@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hhrl_agents.networks.arithmetic import clear
-from hhrl_agents.networks.layers import FAN_IN, FAN_OUT, FEATURES, OUTPUTS, backward, block, forward
+from hhrl_agents.networks.arithmetic import ZERO, block, clear
+from hhrl_agents.networks.layers import FAN_IN, FAN_OUT, FEATURES, OUTPUTS, backward, forward
 from hhrl_agents.networks.parameters import Memory, advance_powers, descend
 from hhrl_agents.replay.buffer import DISCOUNT, NUMBERS, OPTIONS, REWARDS
 from hhrl_envs.arrays import Floats, Floats32, Ints
@@ -39,12 +39,18 @@ Levels = tuple[Level, Level]
 
 
 class Room(NamedTuple):
-    """Room for what a step computes on the way: two workspaces of `capacity` rows, and one weight."""
+    """Room for what a step computes on the way: two workspaces of `capacity` rows, one weight, and M numbers a time.
+
+    M is the capacity. choices: int64 [4, M], the options, those at the next states, the choices of a level and the best
+    ones at the next states; numbers: float32 [2, M], the next states' values, and what choices fall short of the best.
+    """
 
     capacity: int
     work: Floats32
     slopes: Floats32
     scratch: Floats32
+    choices: Ints
+    numbers: Floats32
 
 
 class Batch(NamedTuple):
@@ -83,7 +89,8 @@ def make_room(widths: list[int], layouts: list[Ints], capacity: int) -> Room:
     width = max(widths)
     largest = max(int((layout[1:, FAN_IN] * layout[1:, FAN_OUT]).max()) for layout in layouts)
     work, slopes = (np.zeros(width * capacity, np.float32) for _ in range(2))
-    return Room(capacity, work, slopes, np.zeros(largest, np.float32))
+    choices, numbers = np.zeros((4, capacity), np.int64), np.zeros((2, capacity), np.float32)
+    return Room(capacity, work, slopes, np.zeros(largest, np.float32), choices, numbers)
 
 
 _NEXT_ONLINE, _NEXT_TARGET, _TARGET, _ONLINE = range(4)  # forward passes: of the next states, then of the states
@@ -93,46 +100,55 @@ _NEXT_ONLINE, _NEXT_TARGET, _TARGET, _ONLINE = range(4)  # forward passes: of th
 def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Settings, found: Found) -> None:
     """Take one gradient step at every level that learns, the option level first."""
     count = batch.indices.size
-    next_values, shortfalls = np.empty(count, np.float32), np.zeros(count, np.float32)
-    options = _column(batch, OPTIONS)
-    next_options = batch.given.copy()
+    options, next_options, choices, best = room.choices[0], room.choices[1], room.choices[2], room.choices[3]
+    next_values, shortfalls = room.numbers[0], room.numbers[1]
+    _read_column(batch, OPTIONS, options)
+    for m in range(count):
+        next_options[m], shortfalls[m] = batch.given[m], ZERO
     advance_powers(memory.powers)
     place = 0
     for level in levels:  # the passes and the levels take turns in loops, so that each kernel is inlined once
         if level.layout.shape[0] == 0:
             continue
-        best, choices = np.empty(count, np.int64), _column(batch, OPTIONS + level.column)
+        _read_column(batch, OPTIONS + level.column, choices)
         for step in range(4):
             if not _is_needed(step, level, settings):
                 continue
             ahead, is_online = step <= _NEXT_TARGET, step in (_NEXT_ONLINE, _ONLINE)
-            _load(batch, ahead, level, room)
+            # O* is needed for the mini-batches of all levels, all else for a level's own
+            whole = not level.learns or (level.column == 0 and step == _NEXT_ONLINE)
+            begin = 0 if whole else batch.firsts[place]
+            size = count if whole else batch.weights.shape[1]
+            _load(batch, ahead, level, room, begin, size)
             values = forward(
                 memory.online if is_online else memory.target,
                 level.layout,
                 room.work,
                 room.capacity,
-                count,
-                next_options if ahead else options,
+                size,
+                next_options[begin:] if ahead else options[begin:],
             )
-            _read_values(step, level, values, choices, best, next_values, shortfalls)
+            _read_values(step, level, values, choices, best, next_values, shortfalls, begin, size)
         if level.learns:
-            _write_errors(level, batch, values, choices, next_values, shortfalls, settings, found.errors[place])
+            begin, size = batch.firsts[place], batch.weights.shape[1]
+            own = found.errors[place, begin:]
+            _write_errors(level, batch, values, choices, next_values, shortfalls, settings, own, begin, size)
             found.largest[place] = _largest(values)
             found.losses[place] = regress(
                 memory,
                 level,
-                found.errors[place],
-                choices,
-                options,
-                batch.firsts[place],
+                own,
+                choices[begin:],
+                options[begin:],
+                0,
                 batch.weights[place],
                 room,
                 settings,
             )
             place += 1
         if level.column == 0:
-            next_options = best
+            for m in range(count):
+                next_options[m] = best[m]
 
 
 @spliced
@@ -143,19 +159,28 @@ def _is_needed(step: int, level: Level, settings: Settings) -> bool:
 
 @spliced
 def _read_values(
-    step: int, level: Level, values: Floats32, choices: Ints, best: Ints, next_values: Floats32, shortfalls: Floats32
+    step: int,
+    level: Level,
+    values: Floats32,
+    choices: Ints,
+    best: Ints,
+    next_values: Floats32,
+    shortfalls: Floats32,
+    begin: int,
+    size: int,
 ) -> None:
     """Write what a forward pass is for: best choices, the next states' values, or what choices fall short of the best.
 
     All are [M], given the values [M, C] of the pass.
     """
-    for m in range(choices.size):
+    for k in range(size):
+        m = begin + k
         if step == _NEXT_ONLINE:
-            best[m] = _best(values[m], level.mask)
+            best[m] = _best(values, k, level.mask)
         elif step == _NEXT_TARGET:
-            next_values[m] = values[m, best[m]]
+            next_values[m] = values[k, best[m]]
         elif step == _TARGET:
-            shortfalls[m] = values[m, _best(values[m], level.mask)] - values[m, choices[m]]
+            shortfalls[m] = values[k, _best(values, k, level.mask)] - values[k, choices[m]]
 
 
 @spliced
@@ -168,24 +193,25 @@ def _write_errors(
     shortfalls: Floats32,
     settings: Settings,
     errors: Floats32,
+    begin: int,
+    size: int,
 ) -> None:
     """Write Y - Q, less alpha times what a choice falls short of the best one, [M]."""
     alpha = np.float32(settings.alpha)
-    for m in range(choices.size):
-        row = batch.rows[batch.indices[m]]
-        numbers = row[row.size - NUMBERS :]
-        target = numbers[REWARDS + level.column] + numbers[DISCOUNT] * next_values[m]
-        errors[m] = target - values[m, choices[m]] - alpha * shortfalls[m]
+    rows, numbers = batch.rows, batch.rows.shape[1] - NUMBERS
+    for k in range(size):
+        m = begin + k
+        row = batch.indices[m]
+        target = rows[row, numbers + REWARDS + level.column] + rows[row, numbers + DISCOUNT] * next_values[m]
+        errors[k] = target - values[k, choices[m]] - alpha * shortfalls[m]
 
 
 @spliced
-def _column(batch: Batch, number: int) -> Ints:
-    """Return a whole number of every transition, int64 [M]."""
-    column = np.empty(batch.indices.size, np.int64)
-    for m in range(column.size):
-        row = batch.rows[batch.indices[m]]
-        column[m] = int(row[row.size - NUMBERS + number])
-    return column
+def _read_column(batch: Batch, number: int, column: Ints) -> None:
+    """Write a whole number of every transition, int64 [M]."""
+    place = batch.rows.shape[1] - NUMBERS + number
+    for m in range(batch.indices.size):
+        column[m] = np.int64(batch.rows[batch.indices[m], place])
 
 
 @spliced
@@ -230,14 +256,14 @@ def regress(
 
 
 @spliced
-def _load(batch: Batch, ahead: bool, level: Level, room: Room) -> None:
+def _load(batch: Batch, ahead: bool, level: Level, room: Room, begin: int, size: int) -> None:
     """Write the transitions' states, or the next ones if `ahead`, into the workspace's first block."""
     features = level.layout[0, FEATURES]
-    states = block(room.work, room.capacity, 0, batch.indices.size, features)
-    for m in range(batch.indices.size):
-        row = batch.rows[batch.indices[m]]
+    states = block(room.work, room.capacity, 0, size, features)
+    for m in range(size):
+        row = batch.indices[begin + m]
         for f in range(features):
-            states[m, f] = row[f + features] if ahead else row[f]
+            states[m, f] = batch.rows[row, f + features] if ahead else batch.rows[row, f]
 
 
 @inner
@@ -251,10 +277,10 @@ def _largest(values: Floats32) -> float:
 
 
 @inner
-def _best(values: Floats32, mask: Floats32) -> int:
-    """Return the choice of the highest value, the first one on a tie."""
+def _best(values: Floats32, m: int, mask: Floats32) -> int:
+    """Return the choice of the highest value in row `m`, the first one on a tie."""
     best = 0
-    for choice in range(1, values.size):
-        if values[choice] + mask[choice] > values[best] + mask[best]:
+    for choice in range(1, values.shape[1]):
+        if values[m, choice] + mask[choice] > values[m, best] + mask[best]:
             best = choice
     return best

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
@@ -20,7 +21,13 @@ ZERO, ONE = np.float32(0.0), np.float32(1.0)
 if TYPE_CHECKING:
 
     def matrix(numbers: Any, place: int, rows: int, width: int) -> Any:
-        """Return the numbers from a place on as [rows, width], a view that does not keep them alive."""
+        """Return the numbers from a place on as [rows, width], a view."""
+
+    def block(work: Any, capacity: int, place: int, rows: int, width: int, first: int = 0) -> Any:
+        """Return rows of a block of a workspace from the `first` on, [rows, width], a view."""
+
+    def stack(count: int) -> Any:
+        """Return room for so many numbers, float64 [1, count], until the function that calls this returns."""
 
     def apart() -> None:
         """Keep the function that calls this apart where others call it: the compiler does not inline it."""
@@ -51,29 +58,49 @@ else:
         kind = ir.IntType(64)
         return types.int64(number), lambda _context, builder, _signature, values: builder.bitcast(values[0], kind)
 
+    def _view(context: Any, builder: Any, kind: Any, data: Any, rows: Any, width: Any) -> Any:
+        """Return numbers as [rows, width]: a few instructions, which slicing and reshaping are not."""
+        made = context.make_array(kind)(context, builder)
+        size = ir.Constant(width.type, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+        strides = [builder.mul(width, size), size]
+        populate_array(made, data=data, shape=[rows, width], strides=strides, itemsize=size, meminfo=None)
+        return made._getvalue()  # noqa: SLF001
+
     @intrinsic
     def matrix(_: Any, numbers: Any, place: Any, rows: Any, width: Any) -> Any:
-        """Return the numbers from a place on as [rows, width], a view that does not keep them alive.
-
-        It compiles to a few instructions, which slicing and reshaping do not.
-        """
+        """Return the numbers from a place on as [rows, width], a view."""
         kind = types.Array(numbers.dtype, 2, "C")
 
         def view(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             source = context.make_array(signature.args[0])(context, builder, values[0])
-            made = context.make_array(kind)(context, builder)
-            size = ir.Constant(values[1].type, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-            populate_array(
-                made,
-                data=builder.gep(source.data, [values[1]]),
-                shape=values[2:],
-                strides=[builder.mul(values[3], size), size],
-                itemsize=size,
-                meminfo=None,
-            )
-            return made._getvalue()  # noqa: SLF001
+            return _view(context, builder, kind, builder.gep(source.data, [values[1]]), *values[2:])
 
         return kind(numbers, place, rows, width), view
+
+    @intrinsic
+    def block(_: Any, work: Any, capacity: Any, place: Any, rows: Any, width: Any, first: Any = 0) -> Any:  # noqa: ARG001
+        """Return rows of a block of a workspace from the `first` on, [rows, width], a view."""
+        kind = types.Array(work.dtype, 2, "C")
+
+        def view(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            source = context.make_array(signature.args[0])(context, builder, values[0])
+            capacity, place, rows, width, first = values[1:]
+            begin = builder.add(builder.mul(place, capacity), builder.mul(first, width))
+            return _view(context, builder, kind, builder.gep(source.data, [begin]), rows, width)
+
+        return kind(work, *(types.intp,) * 5), view
+
+    @intrinsic(prefer_literal=True)
+    def stack(_: Any, count: Any) -> Any:
+        """Return room for so many numbers, float64 [1, count], until the function that calls this returns."""
+        kind = types.Array(types.float64, 2, "C")
+
+        def view(context: Any, builder: Any, _signature: Any, _values: Any) -> Any:
+            one, size = (ir.Constant(ir.IntType(64), number) for number in (1, count.literal_value))
+            data = cgutils.alloca_once(builder, ir.DoubleType(), size)
+            return _view(context, builder, kind, data, one, size)
+
+        return kind(count), view
 
     @intrinsic
     def apart(_: Any) -> Any:
@@ -133,9 +160,10 @@ def power(x: float, exponent: float) -> float:
 
 @inner
 def raise_all(numbers: Floats, exponent: float) -> None:
-    """Raise numbers of at least 0 to a power, in a loop of its own, which vectorises."""
-    for n in range(numbers.size):
-        numbers[n] = power(numbers[n], exponent)
+    """Raise the numbers of a matrix, at least 0, to a power, in loops of their own, which vectorise."""
+    for r in range(numbers.shape[0]):
+        for j in range(numbers.shape[1]):
+            numbers[r, j] = power(numbers[r, j], exponent)
 
 
 @inner

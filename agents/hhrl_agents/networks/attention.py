@@ -7,12 +7,14 @@ weighted like the elements that they follow.
 
 import numpy as np
 
-from hhrl_agents.networks.arithmetic import ZERO, clear, exp, fma, matrix
+from hhrl_agents.networks.arithmetic import ZERO, clear, exp, fma, matrix, stack
 from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.observation import SIZE
 from hhrl_envs.simulation.engine.compilation import inner
 
 _SIZE = np.float32(SIZE)
+_ROWS = 16  # whose exponentials are computed in one loop
+_KEPT = _ROWS * SIZE
 
 
 @inner
@@ -44,20 +46,23 @@ def attend(
 @inner
 def _softmax(scores: Floats32) -> None:
     """Put the softmax of every row in its place, with the exponentials and their sum in float64."""
-    powers = np.empty(scores.shape)
-    for r in range(scores.shape[0]):
-        highest = np.float32(-np.inf)
-        for j in range(scores.shape[1]):
-            highest = max(highest, scores[r, j])
-        for j in range(scores.shape[1]):
-            powers[r, j] = np.float64(scores[r, j]) - highest
-    _exponentiate(matrix(powers, 0, 1, powers.size))
-    for r in range(scores.shape[0]):
-        total = 0.0
-        for j in range(scores.shape[1]):
-            total += powers[r, j]
-        for j in range(scores.shape[1]):
-            scores[r, j] = np.float32(powers[r, j] / total)
+    kept = stack(_KEPT)
+    for first in range(0, scores.shape[0], _ROWS):
+        rows = min(_ROWS, scores.shape[0] - first)
+        powers = matrix(kept, 0, rows, SIZE)
+        for r in range(rows):
+            highest = np.float32(-np.inf)
+            for j in range(scores.shape[1]):
+                highest = max(highest, scores[first + r, j])
+            for j in range(scores.shape[1]):
+                powers[r, j] = np.float64(scores[first + r, j]) - highest
+        _exponentiate(matrix(kept, 0, 1, rows * SIZE))
+        for r in range(rows):
+            total = 0.0
+            for j in range(scores.shape[1]):
+                total += powers[r, j]
+            for j in range(scores.shape[1]):
+                scores[first + r, j] = np.float32(powers[r, j] / total)
 
 
 @inner

@@ -12,7 +12,7 @@ from math import prod
 import numpy as np
 
 from hhrl_agents.networks.architectures import NUM_OPTIONS, Architecture, Attended
-from hhrl_agents.networks.arithmetic import ONE, ZERO, clear, fma, matrix
+from hhrl_agents.networks.arithmetic import ONE, ZERO, block, clear, fma, matrix
 from hhrl_agents.networks.attention import attend, attend_backward
 from hhrl_agents.networks.products import add_product, write_outer
 from hhrl_envs.arrays import Floats32, Ints
@@ -65,17 +65,11 @@ def layout_of(architecture: Architecture, first: int = 0) -> tuple[Ints, int]:
 
 
 @spliced
-def block(work: Floats32, capacity: int, place: int, rows: int, width: int, first: int = 0) -> Floats32:
-    """Return rows of a block of the workspace from the `first` on, [rows, width], a view."""
-    found: Floats32 = matrix(work, place * capacity + first * width, rows, width)
-    return found
-
-
-@spliced
 def values_of(layout: Ints, work: Floats32, capacity: int, rows: int) -> Floats32:
     """Return the outputs that a forward pass left, [rows, outputs], a view."""
     last = layout[layout.shape[0] - 1]
-    return block(work, capacity, last[OUTPUTS], rows, last[FAN_OUT])
+    values: Floats32 = block(work, capacity, last[OUTPUTS], rows, last[FAN_OUT])
+    return values
 
 
 @inner

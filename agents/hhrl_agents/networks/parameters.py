@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hhrl_agents.networks.architectures import Architecture, Parameters, Shapes
-from hhrl_agents.networks.arithmetic import ONE, ZERO, fma, matrix
+from hhrl_agents.networks.arithmetic import ONE, ZERO, fma, matrix, stack
 from hhrl_agents.networks.layers import layout_of
 from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.simulation.engine.compilation import inner, spliced
@@ -160,16 +160,18 @@ def _move(
 @inner
 def _squares(gradient: Floats32) -> float:
     """Return the sum of squares [1, P], in sixteen lanes that are added in their order."""
-    lanes = np.zeros(_LANES)
+    lanes = stack(_LANES)
+    for lane in range(_LANES):
+        lanes[0, lane] = 0.0
     whole = gradient.size - gradient.size % _LANES
     for p in range(0, whole, _LANES):
         for lane in range(_LANES):
             slope = np.float64(gradient[0, p + lane])
-            lanes[lane] = fma(slope, slope, lanes[lane])
+            lanes[0, lane] = fma(slope, slope, lanes[0, lane])
     for p in range(whole, gradient.size):
         slope = np.float64(gradient[0, p])
-        lanes[p - whole] = fma(slope, slope, lanes[p - whole])
+        lanes[0, p - whole] = fma(slope, slope, lanes[0, p - whole])
     total = 0.0
     for lane in range(_LANES):
-        total += lanes[lane]
+        total += lanes[0, lane]
     return total

@@ -5,9 +5,9 @@ import numpy as np
 from hhrl_agents.agent import ACTION, OPTION
 from hhrl_agents.methods.configs import DoubleDQNConfig
 from hhrl_agents.methods.method import Method
-from hhrl_agents.networks.arithmetic import raise_all
+from hhrl_agents.networks.arithmetic import matrix, raise_all
 from hhrl_agents.replay.buffer import Draw, Sampler, UniformSampler
-from hhrl_agents.replay.sum_tree import FAN_OUT, SumTrees, assign, find
+from hhrl_agents.replay.sum_tree import FAN_OUT, SumTrees, assign, find, place
 from hhrl_agents.seeding import restore_stream, save_stream
 from hhrl_envs.arrays import Floats, Floats32, Ints
 from hhrl_envs.simulation.engine.compilation import kernel, spliced
@@ -47,24 +47,32 @@ class PrioritisedSampler:
         self._trees = SumTrees(trees, capacity)
         self._highest: Floats = np.ones(trees)
         self._magnitude: Floats = np.zeros(levels)
+        self._of_option: Floats = np.zeros(capacity)  # p^o as the option level last found it
 
     def added(self, indices: Ints) -> None:
         """Give the new transitions the highest priority; see `Sampler.added`."""
-        _add(self._trees.nodes, self._trees.starts, indices, self._highest)
+        highest = np.repeat(self._highest[:, None], indices.size, axis=1)
+        self._of_option[indices[indices >= 0]] = 0.0
+        place(self._trees.nodes, self._trees.starts, indices, highest)
 
     def draw(self, stored: int) -> Draw:
         """Return each tree's mini-batch, one beside the other; see `Sampler.draw`."""
-        uniforms = self._stream.random((len(self._trees.nodes), self._config.batch_size))
-        indices, weights = _draw(
-            self._trees.nodes, self._trees.starts, uniforms, stored, self._config.importance_exponent
-        )
-        return Draw(indices, self._firsts, weights[self._firsts // self._config.batch_size])
+        config, trees = self._config, self._trees
+        shares = self._stream.random((len(trees.nodes), config.batch_size))
+        indices, weights = np.empty(shares.shape, np.int64), np.empty(shares.shape, np.float32)
+        _draw(trees.nodes, trees.starts, shares, stored, config.importance_exponent, indices, weights)
+        return Draw(indices.ravel(), self._firsts, weights[self._firsts // config.batch_size])
 
     def update(self, indices: Ints, errors: Floats32) -> None:
         """Give the drawn transitions their new priorities in every tree; see `Sampler.update`."""
         config, trees = self._config, self._trees
-        given = (config.priority_floor, config.priority_exponent)
-        _update(trees.nodes, trees.starts, indices, errors, self._highest, self._magnitude, self._kind, *given)
+        if self._kind == _CLIP:
+            own = (self._highest, self._magnitude, self._of_option, config.priority_floor, config.priority_exponent)
+            _update_own(trees.nodes, trees.starts, indices, errors, *own, np.empty((1, config.batch_size)))
+            return
+        scaled, priorities = np.empty(errors.shape), np.empty((len(trees.nodes), indices.size))
+        given = (self._kind, config.priority_floor, config.priority_exponent, scaled, priorities)
+        _update(trees.nodes, trees.starts, indices, errors, self._highest, self._magnitude, *given)
 
     def state(self) -> State:
         """Return generator, trees, highest priorities and magnitudes; see `hhrl_agents.stateful.Stateful`."""
@@ -77,39 +85,34 @@ class PrioritisedSampler:
             array[...] = read(state, name, array)
 
     def _memory(self) -> State:
-        return {"trees": self._trees.nodes, "highest": self._highest, "magnitude": self._magnitude}
+        return {"trees": self._trees.nodes, "highest": self._highest, "magnitude": self._magnitude, "of_option": self._of_option}
 
 
 @kernel
-def _add(nodes: Floats, starts: Ints, indices: Ints, highest: Floats) -> None:
-    priorities = np.empty((nodes.shape[0], indices.size))
-    for t in range(nodes.shape[0]):
-        priorities[t] = highest[t]
-    assign(nodes, starts, indices, priorities)
+def _draw(
+    nodes: Floats, starts: Ints, shares: Floats, stored: int, beta: float, found: Ints, weights: Floats32
+) -> None:
+    """Write what is drawn from every tree, int64 [T, K], and the weights, float32 [T, K].
 
-
-@kernel
-def _draw(nodes: Floats, starts: Ints, uniforms: Floats, stored: int, beta: float) -> tuple[Ints, Floats32]:
-    """Return what is drawn from every tree, int64 [T K], one uniform a stratum, and the weights, float32 [T, K]."""
-    trees, size = uniforms.shape
-    shares, weights = np.empty(uniforms.shape), np.empty(uniforms.shape, np.float32)
+    shares: a uniform for each stratum, float64 [T, K]; what they become has no meaning.
+    """
+    trees, size = shares.shape
     for t in range(trees):
         for k in range(size):
-            shares[t, k] = (k + uniforms[t, k]) / size
-    found = find(nodes, starts, shares)
+            shares[t, k] = (k + shares[t, k]) / size
+    find(nodes, starts, shares, found)
     for t in range(trees):
         total, largest = 0.0, 0.0
         for child in range(FAN_OUT):
             total += nodes[t, child]
         for k in range(size):
             shares[t, k] = stored * (nodes[t, starts[-1] + found[t, k]] / total)
-        raise_all(shares[t], beta)
+        raise_all(matrix(shares, t * size, 1, size), beta)
         for k in range(size):
             shares[t, k] = 1.0 / shares[t, k]
             largest = max(largest, shares[t, k])
         for k in range(size):
             weights[t, k] = np.float32(shares[t, k] / largest)
-    return found.ravel(), weights
 
 
 @kernel
@@ -123,10 +126,13 @@ def _update(
     kind: int,
     floor: float,
     exponent: float,
+    scaled: Floats,
+    priorities: Floats,
 ) -> None:
-    """Give the transitions `indices` [M] their priorities in every tree by their errors [levels, M]."""
-    priorities = np.empty((nodes.shape[0], indices.size))
-    scaled = np.empty(errors.shape)
+    """Give the transitions `indices` [M] their priorities in every tree by their errors [levels, M].
+
+    scaled: room for absolute errors, float64 [levels, M]; priorities: for what they give, float64 [T, M].
+    """
     for level in range(errors.shape[0]):
         for m in range(indices.size):
             scaled[level, m] = abs(np.float64(errors[level, m]))
@@ -136,10 +142,48 @@ def _update(
     for t in range(nodes.shape[0]):
         for m in range(indices.size):
             priorities[t, m] += floor
-        raise_all(priorities[t], exponent)
+    raise_all(priorities, exponent)
+    for t in range(nodes.shape[0]):
         for m in range(indices.size):
             highest[t] = max(highest[t], priorities[t, m])
     assign(nodes, starts, indices, priorities)
+
+
+@kernel
+def _update_own(
+    nodes: Floats,
+    starts: Ints,
+    indices: Ints,
+    errors: Floats32,
+    highest: Floats,
+    magnitude: Floats,
+    of_option: Floats,
+    floor: float,
+    exponent: float,
+    priorities: Floats,
+) -> None:
+    """Give each level's mini-batch its new priorities in that level's tree; p^a by the p^o that is stored."""
+    size = priorities.shape[1]
+    for level in range(nodes.shape[0]):
+        begin = level * size
+        mean = 0.0
+        for k in range(size):
+            priorities[0, k] = abs(np.float64(errors[level, begin + k]))
+            mean += priorities[0, k]
+        mean /= size
+        rate = 1.0 if magnitude[level] == 0.0 else SCALE_RATE
+        magnitude[level] += rate * (mean - magnitude[level])
+        for k in range(size):
+            scaled = priorities[0, k] / max(magnitude[level], _SMALLEST)
+            if level == OPTION:
+                of_option[indices[begin + k]] = scaled
+            else:
+                scaled = max(scaled - of_option[indices[begin + k]], 0.0)
+            priorities[0, k] = scaled + floor
+        raise_all(priorities, exponent)
+        for k in range(size):
+            highest[level] = max(highest[level], priorities[0, k])
+        assign(nodes[level : level + 1], starts, indices[begin : begin + size], priorities)
 
 
 @spliced

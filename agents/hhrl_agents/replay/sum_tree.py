@@ -7,7 +7,7 @@ errors do not add up. A tree is one row of numbers, its levels one after the oth
 import numpy as np
 
 from hhrl_envs.arrays import Floats, Ints
-from hhrl_envs.simulation.engine.compilation import inner, spliced
+from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced
 
 FAN_OUT = 8
 
@@ -49,29 +49,34 @@ def assign(nodes: Floats, starts: Ints, indices: Ints, priorities: Floats) -> No
             width *= FAN_OUT
 
 
-@spliced
-def find(nodes: Floats, starts: Ints, shares: Floats) -> Ints:
-    """Return the leaf at each share, int64 [T, K]: leaf i covers the shares that its priority is of all before it.
+@kernel
+def place(nodes: Floats, starts: Ints, indices: Ints, priorities: Floats) -> None:
+    """Do as `assign` does, called from Python."""
+    assign(nodes, starts, indices, priorities)
 
-    shares: [T, K] in [0, 1) of each tree's total, which must be positive. A leaf of priority zero is not returned.
+
+@spliced
+def find(nodes: Floats, starts: Ints, shares: Floats, found: Ints) -> None:
+    """Write the leaf at each share, int64 [T, K]: leaf i covers the shares that its priority is of all before it.
+
+    shares: [T, K] in [0, 1) of each tree's total, which must be positive; what they become has no meaning. A leaf of
+    priority zero is not found.
     """
-    found = np.zeros(shares.shape, np.int64)
-    rest = np.empty(shares.shape[1])
     for t in range(shares.shape[0]):
         total = 0.0
         for child in range(FAN_OUT):
             total += nodes[t, child]
         for k in range(shares.shape[1]):
-            rest[k] = shares[t, k] * total
+            shares[t, k] *= total
+            found[t, k] = 0
         for start in starts:  # level by level, so that the searches wait for memory together
             for k in range(shares.shape[1]):
                 first, taken = start + found[t, k] * FAN_OUT, 0
-                beyond = kept = rest[k]
+                beyond = kept = shares[t, k]
                 for child in range(FAN_OUT):
                     priority = nodes[t, first + child]
                     within = (priority > 0.0) & (beyond >= 0.0)
                     kept, taken = (beyond, child) if within else (kept, taken)
                     beyond -= priority
-                rest[k] = kept if beyond < 0.0 else total  # beyond all by a rounding: the last one with a priority
+                shares[t, k] = kept if beyond < 0.0 else total  # beyond all by a rounding: the last one with a priority
                 found[t, k] = found[t, k] * FAN_OUT + taken
-    return found

@@ -21,8 +21,8 @@ def assign_in(nodes: Floats, starts: Ints, indices: Ints, priorities: Floats) ->
 
 
 @kernel
-def find_in(nodes: Floats, starts: Ints, shares: Floats) -> Ints:
-    return _find(nodes, starts, shares)
+def find_in(nodes: Floats, starts: Ints, shares: Floats, found: Ints) -> None:
+    _find(nodes, starts, shares, found)
 
 
 def assign(trees: SumTrees, indices: list[int], priorities: list[list[float]]) -> None:
@@ -30,9 +30,16 @@ def assign(trees: SumTrees, indices: list[int], priorities: list[list[float]]) -
     assign_in(trees.nodes, trees.starts, np.array(indices), np.array(priorities))
 
 
+def find_in_each(trees: SumTrees, shares: Floats) -> Ints:
+    """The leaves of every tree at these shares, both [T, K]."""
+    found = np.empty(shares.shape, np.int64)
+    find_in(trees.nodes, trees.starts, shares.copy(), found)
+    return found
+
+
 def find(trees: SumTrees, shares: Floats) -> Ints:
     """The leaves of a single tree at these shares, [K]."""
-    found: Ints = find_in(trees.nodes, trees.starts, shares[None])[0]
+    found: Ints = find_in_each(trees, shares[None])[0]
     return found
 
 
@@ -161,5 +168,5 @@ def test_trees_do_not_touch_each_other() -> None:
     assign(trees, [5, 69], [[1.0, 3.0], [6.0, 2.0], [0.0, 2.0]])
     np.testing.assert_array_equal(totals(trees), [4.0, 8.0, 2.0])
     np.testing.assert_array_equal(priorities_of(trees, 70)[:, [5, 69]], [[1.0, 3.0], [6.0, 2.0], [0.0, 2.0]])
-    found = find_in(trees.nodes, trees.starts, np.full((3, 2), 0.5))
+    found = find_in_each(trees, np.full((3, 2), 0.5))
     np.testing.assert_array_equal(found, [[69, 69], [5, 5], [69, 69]])
