@@ -134,7 +134,7 @@ class DoubleDQNConfig(EpsilonGreedyConfig):
             max Q'(s) - Q'(s, a) off every target, Q' the target network: choices that a step of 0.1 s hardly tells
             apart differ more in value, and keep their order.
         priority: p^a of the hierarchical prioritised replay. "clip" is max(|delta_a| - |delta_o|, 0) of scaled errors,
-            "shift" the paper's literal |delta_a| - |delta_o| minus its minimum over the batch.
+            "shift" the paper's literal |delta_a| - p^o minus its minimum over the mini-batch.
         priority_floor: what is added to every priority, in units of a level's typical error, so that none is forgotten.
         priority_exponent, importance_exponent: alpha and beta of Algorithm 3.
     """
