@@ -3,23 +3,23 @@
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, JsonValue, ValidationError, model_validator
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.evidence import read_evidence
-from hhrl_bench.evaluation.metrics import Metric, compared
+from hhrl_bench.evaluation.metrics import HEADLINE, METRICS, Metric, compared
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare, draws
 from hhrl_bench.leaderboard.efficiency import EfficiencyRecord, efficiency
+from hhrl_bench.leaderboard.sensitivity import SensitivityRecord, rescored, sensitivity
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.schema import FIRST, MAX_RESULTS, Count, Name, Rate, Record, Sha256, Stem, first_problem
 from hhrl_bench.statistics.intervals import generator
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
-from hhrl_envs.arrays import Floats
 
 MAX_COMPARED = 50
 """Results on a task; every two of them are compared."""
@@ -54,7 +54,8 @@ class LeaderboardRecord(Record):
 
     A result of an arm has the method and the arm as its agent. ``methods``: those that runs were trained by.
     ``checkpoints_published``: whether the checkpoints lie beside the file; if not, the command trains them again.
-    ``comparisons``: of the success of every two agents on a task. ``trainings``: how the episodes of trainings ended;
+    ``comparisons``: of every two agents on a task; ``sensitivity``: of the ranking by score to the weights of the score.
+    ``trainings``: how the episodes of trainings ended;
     ``efficiency``: the env steps that each of them needs; ``trainings_sha256``: their digests, as nothing else in the
     entry could tell whether a number of a curve has been changed.
     """
@@ -68,6 +69,7 @@ class LeaderboardRecord(Record):
     checkpoints_published: bool = True
     methods: Annotated[tuple[MethodRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()
     comparisons: Annotated[tuple[PairwiseRecord, ...], FIRST] = ()
+    sensitivity: Annotated[tuple[SensitivityRecord, ...], FIRST] = ()
     transfer: TransferSetRecord | None = None
     trainings: Annotated[tuple[TrainingOutcomesRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()
     trainings_sha256: Annotated[tuple[Sha256, ...], FIRST] = ()
@@ -137,31 +139,56 @@ def derived_fields(
     hashes = dict.fromkeys(run.checkpoint_sha256 for run in runs if run.checkpoint_sha256 and checkpoints)
     return {
         "methods": method_records(map(store.checkpoint_metadata, hashes)),
-        "comparisons": tuple(_comparisons(results, store)),
+        **_of_episodes(results, store),
         "trainings_sha256": tuple(training.digest() for training in trainings),
         "efficiency": tuple(efficiency(one, generator(f"{one.method} on {one.task}")) for one in trainings),
     }
 
 
-def _comparisons(results: Sequence[ResultRecord], store: Store) -> Iterator[PairwiseRecord]:
-    """Yield the comparison of every two results on a task, in their order, by every metric that is compared."""
+class _Played(NamedTuple):
+    """What is compared of a result's episodes: the metrics by their keys, and the scores by all weights, if any."""
+
+    runs: Mapping[str, Runs]
+    scores: Sequence[float] | None
+
+
+def _of_episodes(results: Sequence[ResultRecord], store: Store) -> dict[str, Any]:
+    """Return the fields that compare the results on a task by what happened in their episodes."""
     metrics = [metric for metric in compared() if all(metric.key in result.metrics for result in results)]
-    runs = [_runs(result, metrics, store) for result in results]
+    played = [_played(result, metrics, store) for result in results]
+    return {
+        "comparisons": tuple(_comparisons(results, [one.runs for one in played])),
+        "sensitivity": tuple(_sensitivity(results, [one.scores for one in played])),
+    }
+
+
+def _played(result: ResultRecord, metrics: Sequence[Metric], store: Store) -> _Played:
+    evidence = [read_evidence(run, store) for run in result.runs]
+    runs = {metric.key: Runs(result.agent, [metric.values(one) for one in evidence]) for metric in metrics}
+    scored = all(METRICS[HEADLINE].follows_from(one.measured) for one in evidence)
+    return _Played(runs, rescored(evidence) if scored else None)
+
+
+def _comparisons(results: Sequence[ResultRecord], runs: Sequence[Mapping[str, Runs]]) -> Iterator[PairwiseRecord]:
+    """Yield the comparison of every two results on a task, in their order, by every metric that is compared."""
     for (result, a), (other, b) in combinations(zip(results, runs, strict=True), 2):
         if result.task == other.task:
-            for metric in metrics:
-                rng = draws(result.agent, other.agent, result.task, metric.key)
-                yield compare(a[metric.key], b[metric.key], result.task, metric.key, rng)
+            for key in a:
+                rng = draws(result.agent, other.agent, result.task, key)
+                yield compare(a[key], b[key], result.task, key, rng)
 
 
-def _runs(result: ResultRecord, metrics: Sequence[Metric], store: Store) -> dict[str, Runs]:
-    """Return the values of every metric in the episodes of a result's runs."""
-    values: dict[str, list[Floats]] = {metric.key: [] for metric in metrics}
-    for run in result.runs:
-        evidence = read_evidence(run, store)
-        for metric in metrics:
-            values[metric.key].append(metric.values(evidence))
-    return {key: Runs(result.agent, of_runs) for key, of_runs in values.items()}
+def _sensitivity(
+    results: Sequence[ResultRecord], scores: Sequence[Sequence[float] | None]
+) -> Iterator[SensitivityRecord]:
+    """Yield what the weights of the score change in the ranking of each task on which there are several agents."""
+    by_task: dict[str, list[Sequence[float]]] = {}
+    for result, own in zip(results, scores, strict=True):
+        if own is not None and result.kind != "oracle":
+            by_task.setdefault(result.task, []).append(own)
+    for task, of_agents in by_task.items():
+        if len(of_agents) > 1:
+            yield from sensitivity(task, of_agents)
 
 
 def method_records(metadata: Iterable[Mapping[str, Any]]) -> tuple[MethodRecord, ...]:
@@ -181,17 +208,17 @@ def _record(metadata: Mapping[str, Any]) -> MethodRecord:
         raise RecordError(f"a checkpoint says of its method what cannot be: {first_problem(error)}") from error
 
 
-def success(result: ResultRecord) -> float:
-    """Return how often a result succeeds, from 0 to 1."""
-    return result.metrics.success.mean or 0.0
+def standing(result: ResultRecord) -> float:
+    """Return what a result is ranked by, from 0 to 1: its score, or how often it succeeds where there is no score."""
+    return getattr(result.metrics.get(HEADLINE), "mean", None) or result.metrics.success.mean or 0.0
 
 
 def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[PairwiseRecord]:
-    """Return the comparisons of every other agent to the most successful one of a task, in the order of the results.
+    """Return the comparisons of every other agent to the best one of a task, in the order of the results.
 
-    An oracle is no rival: it is never the most successful one.
+    An oracle is no rival: it is never the best one.
     """
     results = [result for result in board.on(task) if result.kind != "oracle"]
     if not results:
         return []
-    return against(max(results, key=success).agent, (one for one in board.comparisons if one.task == task.id))
+    return against(max(results, key=standing).agent, (one for one in board.comparisons if one.task == task.id))

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from hhrl_bench import paper_table
 from hhrl_bench.evaluation.metrics import HEADLINE, METRICS, Metric, columns
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TaskRecord
+from hhrl_bench.leaderboard.sensitivity import SensitivityRecord
 from hhrl_bench.paper_table import CASES, PaperRow
 from hhrl_bench.statistics.intervals import wilson
 from hhrl_bench.tables.success import held, row_name
@@ -218,6 +219,31 @@ def score_table(task: TaskRecord, results: Sequence[ResultRecord]) -> Table:
         tuple(map(Note, SCORE)),
         full_title=f"Score on {task.id}, {task.episodes:,} test episodes",
     )
+
+
+def sensitivity_tables(records: Sequence[SensitivityRecord], task: TaskRecord) -> list[Table]:
+    """Return what moving a weight of the score changes in the ranking on a task; no table where nothing is ranked."""
+    own = [one for one in records if one.task == task.id]
+    if not own:
+        return []
+    factors = list(dict.fromkeys(one.factor for one in own))
+    found = {(one.part, one.factor): one.rank_correlation for one in own}
+    rows = (
+        Row(part, tuple(Cell(None if (one := found[part, by]) is None else f"{one:.3f}") for by in factors))
+        for part in dict.fromkeys(one.part for one in own)
+    )
+    known = [one for one in found.values() if one is not None]
+    least = [Note(f"At least {min(known):.3f}.")] if known else []
+    return [
+        Table(
+            "Sensitivity to the weights of the score",
+            "weight of",
+            tuple(Column(f"times {factor:g}", -i) for i, factor in enumerate(factors)),
+            (Group("", tuple(rows)),),
+            (Note(f"Rank correlation (Spearman) with the ranking by score, of {own[0].agents} agents."), *least),
+            full_title=f"Sensitivity to the weights of the score on {task.id}",
+        )
+    ]
 
 
 def worst_run(result: ResultRecord) -> RunRecord:

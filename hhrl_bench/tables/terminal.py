@@ -13,7 +13,7 @@ from rich.text import Text
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
 from hhrl_bench.tables.comparisons import comparison_tables
 from hhrl_bench.tables.learning import efficiency_table, outcome_tables
-from hhrl_bench.tables.results import further_tables, results_table
+from hhrl_bench.tables.results import further_tables, results_table, sensitivity_tables
 from hhrl_bench.tables.success import spans_tasks, success_table
 from hhrl_bench.tables.table import Cell, Note, Row, Table
 from hhrl_bench.tables.transfers import transfer_tables
@@ -36,7 +36,8 @@ def print_leaderboard(console: Console, board: LeaderboardRecord, *, details: bo
     if details:
         console.print()
         for task in board.tasks:
-            print_tables(console, further_tables(task, board.on(task)))
+            tables = (*further_tables(task, board.on(task)), *sensitivity_tables(board.sensitivity, task))
+            print_tables(console, tables)
     if details and (compared := [one for task in board.tasks for one in compared_to_best(board, task)]):
         console.print()
         print_tables(console, comparison_tables(compared))

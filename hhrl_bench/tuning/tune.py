@@ -16,6 +16,7 @@ from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record, Sha25
 from hhrl_bench.tasks.tasks import TASKS, Task
 from hhrl_bench.tuning.search import Found, search
 from hhrl_envs import Scenario, get_scenario
+from hhrl_envs.scenario.registry import SUPERSEDED
 
 VERSION: Final = 1
 
@@ -51,8 +52,12 @@ class TuningRecord(Record):
 
 
 def tunable_tasks() -> list[Task]:
-    """Return the registered tasks that are searched in by default, one for each scenario with scripted traffic."""
-    return [task for task in TASKS.values() if not (_refusal(task) or task.given_actions or task.scenario in HELD_OUT)]
+    """Return the registered tasks that are searched in by default: one for each scenario with scripted traffic.
+
+    Those that are superseded, and those whose drivers nobody is to have met, are not among them.
+    """
+    left = {*HELD_OUT, *SUPERSEDED}
+    return [task for task in TASKS.values() if not (_refusal(task) or task.given_actions or task.scenario in left)]
 
 
 def tune(

@@ -118,7 +118,7 @@ def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Se
             if not _is_needed(step, level, settings):
                 continue
             ahead, is_online = step <= _NEXT_TARGET, step in (_NEXT_ONLINE, _ONLINE)
-            # O* is needed for the mini-batches of all levels, all else for a level's own; the option level's comes first
+            # O* is needed for the mini-batches of all levels, all else for a level's own; the option's is first
             whole = not level.learns or (level.column == 0 and step == _NEXT_ONLINE)
             begin = 0 if whole else batch.firsts[place]
             size = count if whole else batch.weights.shape[1]

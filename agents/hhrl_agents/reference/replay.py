@@ -14,9 +14,9 @@ class HierarchicalReplay:
     """The priorities of Algorithm 3 for a buffer of `capacity` transitions, without a tree: each draw sums all of them.
 
     A level's errors, divided by its running magnitude, give the transitions of its own mini-batch new priorities: p^o =
-    |delta_o|, and p^a = max(|delta_a| - p^o, 0), with the p^o that the option level found when it last learned from that
-    transition, 0 before. `config.priority` = "shift" is the literal p^a, the undivided |delta_a| - p^o less its minimum
-    over the mini-batch.
+    |delta_o|, and p^a = max(|delta_a| - p^o, 0), with the p^o that the option level found when it last learned from
+    that transition, 0 before. `config.priority` = "shift" is the literal p^a, the undivided |delta_a| - p^o less its
+    minimum over the mini-batch.
     """
 
     def __init__(self, capacity: int, config: DoubleDQNConfig) -> None:
@@ -47,7 +47,9 @@ class HierarchicalReplay:
         """Give every level's drawn transitions, int64 [K], their new priorities, from that level's errors, [K]."""
         for level in self._powers:
             drawn, error = indices[level], errors[level].detach().double().abs()
-            powers = (self._priorities(level, drawn, error) + self._config.priority_floor) ** self._config.priority_exponent
+            powers = (
+                self._priorities(level, drawn, error) + self._config.priority_floor
+            ) ** self._config.priority_exponent
             self._powers[level][drawn] = powers
             self._highest[level] = max(self._highest[level], powers.max().item())
 

@@ -114,8 +114,8 @@ def blur_rows(
 ) -> None:
     """Write the observations of the blocks from low to high as the sensors see them.
 
-    ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements, drop-outs and ghosts included: a delay
-    delays them too.
+    ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements, drop-outs and ghosts
+    included: a delay delays them too.
     """
     flickers, haunted = c[at.DROPOUT] > 0.0, c[at.GHOSTS] > 0.0
     for row in range(low * at.LANES, min(high * at.LANES, rows)):

@@ -155,7 +155,7 @@ def lose_front(m: Floats, s: int, c: Floats) -> None:
 
 @inner
 def meet_ghost(m: Floats, s: int, place: float) -> None:
-    """Measure a vehicle that stands at a place instead of the front vehicle; what is derived from that is not written."""
+    """Measure a vehicle that stands at a place instead of the front vehicle; nothing is derived from that yet."""
     m[s + D_F], m[s + V_F], m[s + A_F] = place - m[s + at.POSITION], 0.0, 0.0
 
 

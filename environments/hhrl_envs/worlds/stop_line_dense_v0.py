@@ -26,4 +26,9 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=15, superseded_by="stop-line-dense-v1")
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=15,
+    summary="a long queue whose tail is out of sight",
+    superseded_by="stop-line-dense-v1",
+)

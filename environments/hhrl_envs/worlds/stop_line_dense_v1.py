@@ -25,4 +25,8 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=4)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=4,
+    summary="a queue of three to six, and a front sensor that drops out for 2 s at a time",
+)

@@ -40,4 +40,9 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=16, superseded_by="stop-line-erratic-v1")
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=16,
+    summary="hard braking without a reason ahead of a sluggish vehicle",
+    superseded_by="stop-line-erratic-v1",
+)

@@ -40,4 +40,8 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=5)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=5,
+    summary="hard braking without a reason, and standing vehicles that only the sensor sees",
+)

@@ -17,4 +17,8 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=7)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=7,
+    summary="sensors with errors of 3 m, 0.5 m/s and 0.5 m/s^2, 0.9 s late, that see vehicles within 30 m",
+)

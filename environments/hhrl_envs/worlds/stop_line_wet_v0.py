@@ -16,4 +16,9 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=17, superseded_by="stop-line-wet-v1")
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=17,
+    summary="wet ice: a grip of 0.16 g",
+    superseded_by="stop-line-wet-v1",
+)
