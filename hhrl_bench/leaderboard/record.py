@@ -54,7 +54,7 @@ class LeaderboardRecord(Record):
 
     A result of an arm has the method and the arm as its agent. ``methods``: those that runs were trained by.
     ``checkpoints_published``: whether the checkpoints lie beside the file; if not, the command trains them again.
-    ``comparisons``: of every two agents on a task; ``sensitivity``: of the ranking by score to the weights of the score.
+    ``comparisons``: of every two agents on a task; ``sensitivity``: of the ranking by score to the score's weights.
     ``trainings``: how the episodes of trainings ended;
     ``efficiency``: the env steps that each of them needs; ``trainings_sha256``: their digests, as nothing else in the
     entry could tell whether a number of a curve has been changed.
