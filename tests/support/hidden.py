@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from hhrl_envs import SCENARIOS, Scenario, Sensor, Slippery
+from hhrl_envs import SCENARIOS, Ghosts, Scenario, Sensor, Slippery
 
 FLICKERING = replace(
     SCENARIOS["stop-line-v0"],
@@ -18,5 +18,12 @@ SLIPPERY = replace(
 )
 """Its road is slippery in some worlds."""
 
-HIDDEN: dict[str, Scenario] = {one.id: one for one in (FLICKERING, SLIPPERY)}
+HAUNTED = replace(
+    SCENARIOS["stop-line-v0"],
+    id="haunted-v0",
+    sensor=replace(FLICKERING.sensor, dropout=0.2, ghosts=Ghosts(share=0.7, stretch=15.0, near=5.0)),
+)
+"""Its sensors report vehicles that are not there, beside errors, a delay and drop-outs."""
+
+HIDDEN: dict[str, Scenario] = {one.id: one for one in (FLICKERING, SLIPPERY, HAUNTED)}
 """All of them by their ids."""

@@ -129,16 +129,23 @@ def window(scenario: Scenario, step: int) -> int:
 
 
 def sensed(
-    scenario: Scenario, truth: list[dict[str, float]], lost: set[int], errors: list[dict[str, float]]
+    scenario: Scenario,
+    truth: list[dict[str, float]],
+    lost: set[int],
+    ghosts: list[float | None],
+    errors: list[dict[str, float]],
 ) -> list[dict[str, float]]:
     """What an agent reads at the steps 0, 1, 2, ..., in SI units, given what a perfect sensor reads there.
 
-    In the steps that are ``lost`` the front sensor drops out. ``errors`` are what a sensor adds at each step to what it
-    reads of each element, in standard deviations.
+    In the steps that are ``lost`` the front sensor drops out. ``ghosts`` is how far ahead the one stands that a sensor
+    reports at each step. ``errors`` are what a sensor adds at each step to what it reads of each element, in standard
+    deviations.
     """
     sensor, read = scenario.sensor, []
     empty = {"d_f": sensor.front_range, "v_f": scenario.road.speed_limit, "a_f": 0.0}
-    taken = [{**true, **(empty if step in lost else {})} for step, true in enumerate(truth)]
+    standing = [{} if ghost is None else {"d_f": ghost, "v_f": 0.0, "a_f": 0.0} for ghost in ghosts]
+    seen = [{**true, **ghost} for true, ghost in zip(truth, standing, strict=True)]
+    taken = [{**one, **(empty if step in lost else {})} for step, one in enumerate(seen)]
     noise = {"d_f": sensor.noise_distance, "d_d": sensor.noise_distance, "a_e": sensor.noise_accel}
     noise |= {"v_e": sensor.noise_speed, "v_f": sensor.noise_speed, "a_f": sensor.noise_accel}
     for step, error in enumerate(errors):

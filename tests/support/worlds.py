@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_envs import SCENARIOS, Goal, Reward, Scenario, Signal, Simulator, Slippery, observation
+from hhrl_envs import SCENARIOS, Ghosts, Goal, Reward, Scenario, Signal, Simulator, Slippery, observation
 from hhrl_envs.scenario import limits
 from hhrl_envs.scenario.limits import Limits
 from hhrl_envs.scenario.profiles import ProfileFamily
@@ -44,7 +44,7 @@ def draw_scenario(rng: Rng) -> Scenario:
     parts: dict[str, Any] = {
         "vehicle": _with_levels(change(base.vehicle, limits.VEHICLE), rng, bold),
         "road": road,
-        "sensor": change(base.sensor, limits.SENSOR),
+        "sensor": replace(change(base.sensor, limits.SENSOR), ghosts=_ghosts(rng, bold)),
         "reward": _read(change(base.reward, limits.REWARD), rng),
         "band": _band(base, rng, bold),
         "traffic": _traffic(base, road.speed_limit, rng, bold),
@@ -266,6 +266,10 @@ def _road(base: Scenario, rng: Rng, bold: float) -> Any:
 
 def _slippery(rng: Rng, bold: float) -> Slippery | None:
     return _changed(Slippery(0.5, (0.05, 0.5)), limits.SLIPPERY, rng, bold) if rng.random() < 0.4 else None
+
+
+def _ghosts(rng: Rng, bold: float) -> Ghosts | None:
+    return _changed(Ghosts(0.5), limits.GHOSTS, rng, bold) if rng.random() < 0.2 else None
 
 
 def _band(base: Scenario, rng: Rng, bold: float) -> Any:

@@ -3,7 +3,8 @@
 In 35% of the worlds the friction is 0.05 to 0.12, that of wet ice (Wallman and Astrom 2001: 0.05 to 0.1; dry ice 0.15);
 in the others it is 1. Hidden is the friction. No observation shows it, but the answer to the brakes does: who remembers
 what it asked for, and sees how little came of it, knows. One set of parameters does not serve both: who always drives
-as on ice is late in most worlds. Revealed, one set for each, the same rule comes close to the oracle.
+as on ice is late in most worlds. Revealed, one set for each, the same rule comes close to the oracle. Worlds in
+which nobody could stop in time are drawn anew: one in 35, all of them icy.
 """
 
 from hhrl_envs.scenario.scenario import Road, Scenario, Slippery, Traffic
@@ -16,7 +17,6 @@ SCENARIO = Scenario(
     road=Road(
         start_distance=(90.0, 130.0), start_speed=(9.0, 12.0), slippery=Slippery(share=0.35, friction=(0.05, 0.12))
     ),
-    feasible_only=False,
 )
 
 env, raw_env, parallel_env = register(SCENARIO, place=6, summary="ice in a third of the worlds, which nothing shows")

@@ -89,6 +89,11 @@ def test_a_file_may_ask_for_the_printed_reward(tmp_path: Path) -> None:
             changed("road", "slippery", value={"share": 2, "friction": [0.1, 0.2]}),
             "road.slippery.share is 2; write a share from 0 to 1",
         ),
+        (
+            changed("sensor", "ghosts", value=0.3),
+            "sensor.ghosts is 0.3; write an object with the keys share, stretch, near",
+        ),
+        (changed("sensor", "ghosts", value={"share": -1}), "sensor.ghosts.share is -1; write a share from 0 to 1"),
         (changed("sensor", "dropout", value=1.0), "sensor.dropout is 1.0; write a share from 0 to 0.95"),
         (changed("sensor", "dropout_time", value=0), "sensor.dropout_time is 0; write seconds from 0.001 to 1000"),
         (changed("dt", value=float("1e308") * 10), "Infinity is no number"),

@@ -7,6 +7,7 @@ import pytest
 
 from hhrl_envs import (
     SCENARIOS,
+    Ghosts,
     Goal,
     InputError,
     Road,
@@ -49,7 +50,11 @@ def test_hashes_follow_what_they_stand_for() -> None:
 def test_an_addition_counts_in_the_hash_only_where_it_is_used() -> None:
     """Fields that scenarios did not always have leave the hash of every scenario without them as it was."""
     before = {name: value for name, value in asdict(MAIN).items() if value is not None}
-    for part, additions in {"reward": ["unsafe"], "sensor": ["dropout", "dropout_time"], "road": ["slippery"]}.items():
+    for part, additions in {
+        "reward": ["unsafe"],
+        "sensor": ["dropout", "dropout_time", "ghosts"],
+        "road": ["slippery"],
+    }.items():
         for addition in additions:
             del before[part][addition]
     stored = json.dumps(before, sort_keys=True)
@@ -58,7 +63,9 @@ def test_an_addition_counts_in_the_hash_only_where_it_is_used() -> None:
     flickering = replace(MAIN, sensor=Sensor(dropout=0.5))
     slower = replace(MAIN, sensor=Sensor(dropout=0.5, dropout_time=2.0))
     slippery = replace(MAIN, road=Road(slippery=Slippery(0.5, (0.1, 0.3))))
-    others = printed, flickering, slower, slippery, replace(MAIN, learned_fronts=1)
+    haunted = replace(MAIN, sensor=Sensor(ghosts=Ghosts(0.5)))
+    nearer = replace(MAIN, sensor=Sensor(ghosts=Ghosts(0.5, near=4.0)))
+    others = haunted, nearer, printed, flickering, slower, slippery, replace(MAIN, learned_fronts=1)
     assert len({MAIN.spec_hash, *(other.spec_hash for other in others)}) == 1 + len(others)
     assert replace(printed, reward=MAIN.reward).spec_hash == MAIN.spec_hash
 

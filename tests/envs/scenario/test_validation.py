@@ -12,6 +12,7 @@ from hhrl_envs import (
     SCENARIOS,
     Adversary,
     Band,
+    Ghosts,
     Goal,
     InputError,
     Road,
@@ -33,7 +34,7 @@ WHOLE: dict[str, Any] = {
     part.__class__.__name__: part
     for part in (
         MAIN, MAIN.traffic, MAIN.vehicle, MAIN.road, MAIN.sensor, MAIN.reward, MAIN.band, FAMILY, Signal((5.0, 30.0)),
-        Adversary(), Slippery(0.5, (0.1, 0.3)),
+        Adversary(), Slippery(0.5, (0.1, 0.3)), Ghosts(0.5),
     )
 }  # fmt: skip
 
@@ -102,6 +103,12 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "noise_accel": [-0.5, False],
         "dropout": [-0.1, 0.951, 1, NAN, "0.5", True, None],
         "dropout_time": [0.0, 1e-9, 1001.0, INF, NAN, "1", None],
+        "ghosts": [0.5, True, {}, "some", Ghosts, (0.5, 40.0, 6.0)],
+    },
+    "Ghosts": {
+        "share": [-0.1, 1.1, NAN, "0.5", True, None],
+        "stretch": [0.0, 9.9, 1001.0, INF, "40", None],
+        "near": [0.0, -1.0, 1001.0, NAN, True, None],
     },
     "Reward": {
         "sigma_1": [-1.0, NAN],

@@ -22,6 +22,10 @@ GOLDEN = {
     "platoon-v0": "2ae0897903114ad7f276bdde4212777d7608ae52904999d1f7fcaef96be59ebf",
     "flickering-v0": "93ff3d6f866bb4fdbffbcdf8e2ffce7d450b3a9770bb604c2d55d4385b2d28e2",
     "slippery-v0": "87133e53ca297ad316a5b274368590804b31019f18f36b253bb7e375b07f713f",
+    "stop-line-dense-v1": "e8d33f5a56b205ea49d2ca92bcf969b02895e4e4890c2f96f846fe00ca684191",
+    "stop-line-erratic-v1": "26a9c07e4ecb71942e51fd99778d56fdc823dbba33affde4a3019c4afdffb620",
+    "stop-line-wet-v1": "eb2d964ccff3b963fa3b69616433e2f55814b26b4f786be70a28121bac2b306b",
+    "haunted-v0": "3534afe0e1036e3d3dbc4a6e932480bc9ba894b20ce5ebfcf685a8f7454c344a",
     "adversary-v0": "5b1a8a7eeecf015ec72d62300768afe8997d1e4bde4abc782b6c44e049f39624",
 }
 
