@@ -8,6 +8,7 @@ import pytest
 
 from hhrl_envs import SCENARIOS, SUB_GOALS, Goal, Option, Outcome, Reward, Road, Scenario, Vehicle, observation
 from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
+from hhrl_envs.scenario.registry import SUMMARIES
 from hhrl_envs.simulation import rewards, sub_goal_kernels
 from hhrl_envs.simulation.engine import layout
 from hhrl_envs.simulation.survey import feasible_share
@@ -105,6 +106,7 @@ def facts(scenario: Scenario) -> list[str]:
 def test_scenario_table_has_a_row_for_every_scenario(scenario_id: str) -> None:
     rows = {row[0]: row for row in table("Scenarios")[1:]}
     assert rows.get(scenario_id, [])[:6] == facts(SCENARIOS[scenario_id])
+    assert rows[scenario_id][6] == SUMMARIES[scenario_id]
 
 
 def test_scenario_table_has_no_other_rows() -> None:

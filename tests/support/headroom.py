@@ -5,6 +5,7 @@ the numbers of the rules that are told, with the budget that ``rule-tuned`` has 
 """
 
 import json
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -28,6 +29,7 @@ from hhrl_envs.arrays import Floats, Keys
 
 EPISODES = 10_000
 NUMBERS = Path(__file__).with_suffix(".json")
+PAGE = Path(__file__).parents[2] / "docs" / "headroom.md"
 
 
 class Tier(NamedTuple):
@@ -122,6 +124,12 @@ def search_numbers() -> None:
             found[name] = dict(search([task], TASKS[tier].env_steps, 0, silent).tuning)
             print(name, flush=True)
     NUMBERS.write_text(json.dumps(found, indent=2) + "\n")
+
+
+def table() -> dict[str, list[float]]:
+    """Return the scores that the page has, by the tier, in the order of a `Room`."""
+    rows = [row.split(" | ") for row in re.findall(r"^\| (stop-line-.*) \|$", PAGE.read_text(), re.MULTILINE)]
+    return {tier: [float(cell.split()[0]) for cell in cells] for tier, _, *cells in rows}
 
 
 def lines(episodes: int) -> list[str]:
