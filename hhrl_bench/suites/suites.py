@@ -177,7 +177,7 @@ _TASKS = (
     "stop-line-dense-v1",
     "stop-line-erratic-v1",
     "stop-line-wet-v1",
-    "stop-line-noisy-v0",
+    "stop-line-noisy-v1",
 )
 
 _DECLARED: tuple[Suite, ...] = (
@@ -213,7 +213,7 @@ _DECLARED: tuple[Suite, ...] = (
         "transfer-shifts",
         agents=_REUSED,
         source="stop-line-v0",
-        targets=("stop-line-heldout-v0", "stop-line-wet-v1", "stop-line-noisy-v0", "stop-line-dense-v1"),
+        targets=("stop-line-heldout-v0", "stop-line-wet-v1", "stop-line-noisy-v1", "stop-line-dense-v1"),
         seeds=_SEEDS,
         env_steps=50_000,
         episodes=250,

@@ -55,7 +55,7 @@ def _icy(scenario: Scenario, share: float) -> Scenario:
 
 def _tiers() -> dict[str, Tier]:
     dense, erratic, wet, noisy = (
-        SCENARIOS[f"stop-line-{one}"] for one in ("dense-v1", "erratic-v1", "wet-v1", "noisy-v0")
+        SCENARIOS[f"stop-line-{one}"] for one in ("dense-v1", "erratic-v1", "wet-v1", "noisy-v1")
     )
     return {
         dense.id: Tier("whether somebody is in front", {dense.id: _exact(dense)}),

@@ -57,7 +57,7 @@ def test_the_page_says_what_is_scored(tier: str) -> None:
 
 
 def test_superseded_scenarios_are_known_and_so_are_their_successors() -> None:
-    assert SUPERSEDED.keys() == {f"stop-line-{tier}-v0" for tier in ("dense", "erratic", "wet")}
+    assert SUPERSEDED.keys() == {f"stop-line-{tier}-v0" for tier in ("dense", "erratic", "wet", "noisy")}
     assert {*SUPERSEDED, *SUPERSEDED.values()} <= SCENARIOS.keys()
     assert set(SUPERSEDED.values()) <= TIERS.keys()
 

@@ -25,6 +25,7 @@ GOLDEN = {
     "stop-line-dense-v1": "e8d33f5a56b205ea49d2ca92bcf969b02895e4e4890c2f96f846fe00ca684191",
     "stop-line-erratic-v1": "26a9c07e4ecb71942e51fd99778d56fdc823dbba33affde4a3019c4afdffb620",
     "stop-line-wet-v1": "eb2d964ccff3b963fa3b69616433e2f55814b26b4f786be70a28121bac2b306b",
+    "stop-line-noisy-v1": "a76931b5037aefed674b07b310b3365052c4d6a41bd24faf22ff6031da56bc5d",
     "haunted-v0": "3534afe0e1036e3d3dbc4a6e932480bc9ba894b20ce5ebfcf685a8f7454c344a",
     "adversary-v0": "5b1a8a7eeecf015ec72d62300768afe8997d1e4bde4abc782b6c44e049f39624",
 }
