@@ -11,17 +11,16 @@ from hhrl_envs.scenario.registry import SCENARIOS, get_scenario
 from hhrl_envs.scenario.scenario import (
     Adversary,
     Band,
-    Ghosts,
     Goal,
     Reward,
     Road,
     Scenario,
-    Sensor,
     Signal,
     Slippery,
     Traffic,
     Vehicle,
 )
+from hhrl_envs.scenario.sensors import Ghosts, Sensor
 from hhrl_envs.simulation.simulator import Simulator
 from hhrl_envs.sub_goals import SUB_GOALS, Option, Outcome, SubGoal
 from hhrl_envs.views.infos import NumericInfos

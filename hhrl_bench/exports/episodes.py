@@ -81,7 +81,12 @@ def episode_columns(runs: Sequence[Run]) -> Columns:
         RecordError: if a run's outcomes are not those that its decisions come to.
     """
     parts = [_columns(run) for run in runs]
-    return {name: [value for part in parts for value in part[name]] for name in parts[0]}
+    names = max(parts, key=len)  # where a world has no number of a metric, that column lacks in its part
+    blank = [[None] * len(run.outcome) for run in runs]
+    return {
+        name: [value for part, none in zip(parts, blank, strict=True) for value in part.get(name, none)]
+        for name in names
+    }
 
 
 def _columns(run: Run) -> Columns:

@@ -34,10 +34,14 @@ def print_leaderboard(console: Console, board: LeaderboardRecord, *, details: bo
         console.print()
         print_table(console, success_table(board.tasks, [board]))
     if details:
-        console.print()
-        for task in board.tasks:
-            tables = (*further_tables(task, board.on(task)), *sensitivity_tables(board.sensitivity, task))
-            print_tables(console, tables)
+        tables = [
+            table
+            for task in board.tasks
+            for table in (*further_tables(task, board.on(task)), *sensitivity_tables(board.sensitivity, task))
+        ]
+        for title in dict.fromkeys(table.title for table in tables):
+            console.print()
+            print_tables(console, [table for table in tables if table.title == title])
     if details and (compared := [one for task in board.tasks for one in compared_to_best(board, task)]):
         console.print()
         print_tables(console, comparison_tables(compared))

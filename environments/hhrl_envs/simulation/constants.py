@@ -4,7 +4,8 @@ import numpy as np
 
 from hhrl_envs.arrays import Floats
 from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
-from hhrl_envs.scenario.scenario import Adversary, Ghosts, Goal, Scenario
+from hhrl_envs.scenario.scenario import Adversary, Goal, Scenario
+from hhrl_envs.scenario.sensors import Ghosts
 from hhrl_envs.simulation.engine import layout
 from hhrl_envs.simulation.engine.layout import FAMILY_TABLE_WIDTH, SLOW_CHANCE, STYLE_SHARES, WEIGHT
 from hhrl_envs.simulation.traffic import guard_margin

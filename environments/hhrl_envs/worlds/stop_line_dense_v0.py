@@ -9,7 +9,8 @@ into the tail. It asks for another reaction to d_f at its limit, not for memory.
 
 from dataclasses import replace
 
-from hhrl_envs.scenario.scenario import Road, Scenario, Sensor, Traffic
+from hhrl_envs.scenario.scenario import Road, Scenario, Traffic
+from hhrl_envs.scenario.sensors import Sensor
 from hhrl_envs.views.triad import register
 from hhrl_envs.worlds.driver_families import TRAIN_FAMILIES
 

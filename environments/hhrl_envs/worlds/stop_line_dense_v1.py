@@ -8,7 +8,8 @@ drops out, the same rule comes close to the oracle.
 
 from dataclasses import replace
 
-from hhrl_envs.scenario.scenario import Road, Scenario, Sensor, Traffic
+from hhrl_envs.scenario.scenario import Road, Scenario, Traffic
+from hhrl_envs.scenario.sensors import Sensor
 from hhrl_envs.views.triad import register
 from hhrl_envs.worlds.driver_families import TRAIN_FAMILIES
 

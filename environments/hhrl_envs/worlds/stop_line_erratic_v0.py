@@ -7,7 +7,8 @@ control), and it sees them 0.8 s late, a quick human driver's reaction. The nomi
 """
 
 from hhrl_envs.scenario.profiles import ProfileFamily
-from hhrl_envs.scenario.scenario import Reward, Road, Scenario, Sensor, Traffic, Vehicle
+from hhrl_envs.scenario.scenario import Reward, Road, Scenario, Traffic, Vehicle
+from hhrl_envs.scenario.sensors import Sensor
 from hhrl_envs.views.triad import register
 
 _DRIVERS = (

@@ -9,7 +9,8 @@ to the oracle.
 """
 
 from hhrl_envs.scenario.profiles import ProfileFamily
-from hhrl_envs.scenario.scenario import Ghosts, Road, Scenario, Sensor, Traffic
+from hhrl_envs.scenario.scenario import Road, Scenario, Traffic
+from hhrl_envs.scenario.sensors import Ghosts, Sensor
 from hhrl_envs.views.triad import register
 
 _DRIVERS = (

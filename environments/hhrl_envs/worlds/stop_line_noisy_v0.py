@@ -5,7 +5,8 @@ all of them are old; sight ends at 30 m. Who answers them as if they were true a
 and runs over the line. A gentle approach, which the vehicle's inertia averages, does better without memory.
 """
 
-from hhrl_envs.scenario.scenario import Scenario, Sensor, Traffic
+from hhrl_envs.scenario.scenario import Scenario, Traffic
+from hhrl_envs.scenario.sensors import Sensor
 from hhrl_envs.views.triad import register
 from hhrl_envs.worlds.driver_families import TRAIN_FAMILIES
 

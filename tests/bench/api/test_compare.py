@@ -58,5 +58,5 @@ def test_what_cannot_be_compared_is_said_in_a_line(several: Evaluation) -> None:
         compare(several["rule-2"], evaluate("rule-4", episodes=5))
     with pytest.raises(AgentError, match="rule-2 is compared to itself"):
         compare(several["rule-2"], "rule-2")
-    with pytest.raises(RecordError, match="no metric 'comfort'; it has return_task"):
-        compare(several["rule-2"], several["rule-4"])["comfort"]
+    with pytest.raises(RecordError, match="no metric 'politeness'; it has return_task"):
+        compare(several["rule-2"], several["rule-4"])["politeness"]

@@ -78,7 +78,8 @@ def test_success_has_its_interval_and_the_command_its_commit(page: str) -> None:
 
 def test_comparisons_efficiency_and_transfer_are_told_of_every_entry(page: str) -> None:
     for entry in ("published", "theirs"):
-        assert f"### Success, less that of rule-4, {entry}" in page
+        assert f"### Score, success, less that of rule-4, {entry}" in page
+        assert f"### Sensitivity to the weights of the score, {entry}" in page
         assert f"## Thousand env steps to 93% validation success, {entry}" in page
         assert f"## hybrid-hrl trained on stop-line-v0, seeds 0-2,5, {entry}" in page
 

@@ -102,18 +102,18 @@ def test_a_registered_metric_is_the_last_column_wherever_results_are_shown(board
     board = with_metric(board)
     task = board.tasks[0]
     shown = results_table(task, board.on(task))
-    assert [column.line for column in shown.columns][-2:] == ["success", "line misses"]
+    assert [column.line for column in shown.columns][-3:] == ["success", "score", "line misses"]
     assert [row.cells[-1].value for row in shown.groups[0].rows] == ["123.25", None, None]
     assert "123.25" in printed(shown, 200)
     narrow = printed(shown, 40)
-    assert "success" in narrow
+    assert "score" in narrow
     assert "123.25" not in narrow
-    assert "| success | line misses | seeds | entry |" in suite_page({"a": board})
+    assert "| success | score | line misses | seeds | entry |" in suite_page({"a": board})
     assert any("line misses" in row for row in Page(html(board, Store(Path("unused")))).rows)
 
 
 def test_a_metric_that_no_result_has_is_no_column(board: LeaderboardRecord) -> None:
-    assert results_table(board.tasks[0], board.on(board.tasks[0])).columns[-1].line == "success"
+    assert results_table(board.tasks[0], board.on(board.tasks[0])).columns[-1].line == "score"
 
 
 def test_a_table_says_which_rows_are_a_users_own_code(board: LeaderboardRecord) -> None:
