@@ -25,7 +25,7 @@ from hhrl_bench.evaluation.results import silent
 from hhrl_bench.tasks.tasks import TASKS, get_task
 from hhrl_bench.tuning.search import search
 from hhrl_envs import SCENARIOS, Scenario, Sensor, Simulator, Slippery
-from hhrl_envs.arrays import Floats, Keys
+from hhrl_envs.arrays import Flags, Floats, Keys
 
 EPISODES = 10_000
 NUMBERS = Path(__file__).with_suffix(".json")
@@ -40,7 +40,7 @@ class Tier(NamedTuple):
 
     hidden: str
     told: Mapping[str, Scenario]
-    chosen: Callable[[Simulator], Floats] | None = None
+    chosen: Callable[[Simulator], Flags] | None = None
 
 
 def _exact(scenario: Scenario) -> Scenario:
@@ -84,12 +84,9 @@ class Room(NamedTuple):
 def room(tier: str, episodes: int) -> Room:
     """Return what the first episodes of a tier's test set are scored with."""
     scenario, seeds = SCENARIOS[tier], TASKS[tier].test.take(episodes)
-    rules = (RULES[name](scenario) for name in ("rule-tuned", "rule-robust"))
-    return Room(
-        score(ORACLES["oracle"](scenario), scenario, seeds),
-        *(score(rule, scenario, seeds) for rule in rules),
-        told(tier, seeds),
-    )
+    oracle = score(ORACLES["oracle"](scenario), scenario, seeds)
+    tuned, robust = (score(RULES[name](scenario), scenario, seeds) for name in ("rule-tuned", "rule-robust"))
+    return Room(oracle, tuned, robust, told(tier, seeds))
 
 
 def told(tier: str, seeds: Keys) -> Floats:

@@ -206,7 +206,8 @@ def _magnitude_with(errors: Floats32, level: int, begin: int, size: int, magnitu
     mean /= size
     rate = 1.0 if magnitude[level] == 0.0 else SCALE_RATE
     magnitude[level] += rate * (mean - magnitude[level])
-    return max(magnitude[level], _SMALLEST)
+    scale: float = max(magnitude[level], _SMALLEST)
+    return scale
 
 
 def make_sampler(method: Method, stream: np.random.Generator, levels: int, capacity: int) -> Sampler:

@@ -67,7 +67,7 @@ def ghost_ahead(m: Floats, s: int, keys: Keys, row: int, c: Floats) -> float:
     key = stream(keys[0, row], keys[1, row], unsigned(0), unsigned(GHOSTS))
     first = max(int((low - start) / stretch), 0)
     for number in range(first, max(int((high - start) / stretch) + 1, 0)):
-        place = start + (number + unit(key, unsigned(2 * number + 1))) * stretch
+        place: float = start + (number + unit(key, unsigned(2 * number + 1))) * stretch
         if low <= place < high and unit(key, unsigned(2 * number)) < c[at.GHOSTS]:
             return place
     return np.inf
