@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, JsonValue, ValidationError, model_va
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.evidence import read_evidence
-from hhrl_bench.evaluation.metrics import HEADLINE, METRICS, Metric, compared
+from hhrl_bench.evaluation.metrics import HEADLINE, METRICS, compared
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare, draws
@@ -154,26 +154,26 @@ class _Played(NamedTuple):
 
 def _of_episodes(results: Sequence[ResultRecord], store: Store) -> dict[str, Any]:
     """Return the fields that compare the results on a task by what happened in their episodes."""
-    metrics = [metric for metric in compared() if all(metric.key in result.metrics for result in results)]
-    played = [_played(result, metrics, store) for result in results]
+    played = [_played(result, store) for result in results]
     return {
         "comparisons": tuple(_comparisons(results, [one.runs for one in played])),
         "sensitivity": tuple(_sensitivity(results, [one.scores for one in played])),
     }
 
 
-def _played(result: ResultRecord, metrics: Sequence[Metric], store: Store) -> _Played:
+def _played(result: ResultRecord, store: Store) -> _Played:
     evidence = [read_evidence(run, store) for run in result.runs]
+    metrics = [metric for metric in compared() if metric.key in result.metrics]
     runs = {metric.key: Runs(result.agent, [metric.values(one) for one in evidence]) for metric in metrics}
     scored = all(METRICS[HEADLINE].follows_from(one.measured) for one in evidence)
     return _Played(runs, rescored(evidence) if scored else None)
 
 
 def _comparisons(results: Sequence[ResultRecord], runs: Sequence[Mapping[str, Runs]]) -> Iterator[PairwiseRecord]:
-    """Yield the comparison of every two results on a task, in their order, by every metric that is compared."""
+    """Yield the comparison of every two results on a task, in their order, by every metric that both have."""
     for (result, a), (other, b) in combinations(zip(results, runs, strict=True), 2):
         if result.task == other.task:
-            for key in a:
+            for key in (key for key in a if key in b):
                 rng = draws(result.agent, other.agent, result.task, key)
                 yield compare(a[key], b[key], result.task, key, rng)
 

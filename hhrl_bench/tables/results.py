@@ -160,8 +160,8 @@ def _of_agent(task: TaskRecord, result: ResultRecord) -> Iterator[str]:
     """
     if result.kind == "oracle":
         yield (
-            f"{result.agent} knows how the traffic will drive and takes the quickest way: it shows what success and "
-            "how few steps are possible, and is no rival."
+            f"{result.agent} knows how the traffic will drive. It goes the quickest way that is comfortable and keeps "
+            "the gap d_0, where there is one: it shows what is possible, and is no rival."
         )
     if result.kind == "factory":
         yield f"{result.agent} is a user's own code: to verify it, its decisions are replayed, not made again."
