@@ -104,13 +104,14 @@ def test_what_each_part_adds(part: str, to: str) -> None:
     [
         ("ddqn", "hrl-1", "0.10 points (0.03, 0.18)"),
         ("ddqn", "hrl-3", "0.07 points (0.02, 0.12)"),
-        ("ddqn", "hybrid-hrl", "0.13 points (0.04, 0.24)"),
-        ("hrl-0", "hybrid-hrl", "0.13 points (0.04, 0.24)"),
-        ("hrl-2", "hrl-1", "0.09 points (0.02, 0.17)"),
+        ("hrl-0", "hrl-1", "0.10 points (0.03, 0.18)"),
+        ("hrl-0", "hrl-3", "0.07 points (0.02, 0.12)"),
+        ("hybrid-hrl", "hrl-1", "0.08 points (0.01, 0.16)"),
     ],
 )
 def test_which_methods_succeed_more_often(better: str, worse: str, points: str) -> None:
-    (one,) = (one for one in BOARD.comparisons if {one.agent, one.other} == {better, worse})
+    pairs = (one for one in BOARD.comparisons if one.metric == "success")
+    (one,) = (one for one in pairs if {one.agent, one.other} == {better, worse})
     percent, found = 100.0 if one.agent == better else -100.0, one.difference
     numbers = [percent * (bound or 0.0) for bound in (found.mean, found.low, found.high)]
     assert points == f"{numbers[0]:.2f} points ({min(numbers[1:]):.2f}, {max(numbers[1:]):.2f})"
@@ -125,7 +126,7 @@ def test_the_three_trainings(row: str) -> None:
     assert cells(row) == [said(rate, 2, percent=True) for rate in rates]
 
 
-@pytest.mark.parametrize("agent", ["rule-1", "hybrid-hrl-plus:2", "rule-4", "hybrid-hrl:0"])
+@pytest.mark.parametrize("agent", ["rule-1", "hybrid-hrl:2", "rule-4", "hybrid-hrl:0"])
 def test_how_often_the_unsafe_term_is_not_the_printed_one(agent: str) -> None:
     (row,) = re.findall(rf"^\| `{agent}` \| (stop-line\S*) \| (.*) \| (.*) \| (.*) \|$", PAGE, re.MULTILINE)
     task = get_task(row[0])
