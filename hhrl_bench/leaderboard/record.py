@@ -24,11 +24,17 @@ from hhrl_bench.transfer.records import TransferSetRecord
 MAX_COMPARED = 50
 """Results on a task; every two of them are compared."""
 
-MAX_EPISODES = 1_000_000
+MAX_EPISODES = 400_000
 """Episodes of all runs of an entry."""
 
-MAX_RESULT_EPISODES = 400_000
+MAX_RESULT_EPISODES = 100_000
 """Episodes of all runs of a result, whose records are held together while it is checked."""
+
+MAX_RESAMPLED = 2_000_000
+"""Episodes that intervals resample: of a single run `TIMES` times, and of every two single runs on a task once."""
+
+TIMES = 10
+"""Metrics of a result that have an interval, about."""
 
 
 MAX_SETTINGS = 2**16
@@ -115,6 +121,16 @@ class LeaderboardRecord(Record):
         total = sum(counts.values())
         if total > MAX_EPISODES:
             raise ValueError(f"the results have {total:,} episodes; publish at most {MAX_EPISODES:,}")
+        resampled = sum(task.episodes * self._resamplings(task) for task in self.tasks)
+        if resampled > MAX_RESAMPLED:
+            raise ValueError(
+                f"intervals resample {resampled:,} episodes of results with a single run, and at most "
+                f"{MAX_RESAMPLED:,} can be published; publish fewer such results, or fewer episodes"
+            )
+
+    def _resamplings(self, task: TaskRecord) -> int:
+        single = sum(len(result.runs) == 1 for result in self.on(task))
+        return TIMES * single + single * (single - 1) // 2
 
     def _require(self, what: str, names: Sequence[tuple[str, str]]) -> None:
         known = [task.id for task in self.tasks]

@@ -237,6 +237,11 @@ def many_results(count: int) -> Forge:
     return forge
 
 
+def many_episodes_to_resample(board: Board) -> None:
+    many_results(50)(board)
+    board.put("tasks", 0, "episodes", value=2_000)
+
+
 def many_runs(board: Board) -> None:
     board.put("results", DDQN, "runs", value=board.at("results", DDQN, "runs") * 30)
 
@@ -561,6 +566,7 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     "too many runs": (many_runs, SCHEMA, "results.1.runs"),
     "too many curves": (many_arms, SCHEMA, "trainings"),
     "too many episodes": (with_value("tasks", 0, "episodes", value=900_000), SCHEMA, "episodes"),
+    "too many episodes to resample": (many_episodes_to_resample, SCHEMA, "intervals resample"),
     # paths
     **{f"a suite called {path[:12]}": (with_value("suite", value=path), SCHEMA, "suite") for path in PATHS},
     "a file outside": (
