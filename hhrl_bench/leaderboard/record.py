@@ -36,6 +36,8 @@ MAX_RESAMPLED = 2_000_000
 TIMES = 10
 """Metrics of a result that have an interval, about."""
 
+MAX_PAIRS = 1_000_000
+"""Pairs of runs of every two results on a task, of which comparisons count who has more."""
 
 MAX_SETTINGS = 2**16
 """Letters of all settings of a method."""
@@ -126,6 +128,14 @@ class LeaderboardRecord(Record):
             raise ValueError(
                 f"intervals resample {resampled:,} episodes of results with a single run, and at most "
                 f"{MAX_RESAMPLED:,} can be published; publish fewer such results, or fewer episodes"
+            )
+
+        paired = sum(
+            len(one.runs) * len(other.runs) for task in self.tasks for one, other in combinations(self.on(task), 2)
+        )
+        if paired > MAX_PAIRS:
+            raise ValueError(
+                f"every two results on a task have {paired:,} pairs of runs in all; publish at most {MAX_PAIRS:,}"
             )
 
     def _resamplings(self, task: TaskRecord) -> int:

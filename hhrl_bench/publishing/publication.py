@@ -216,16 +216,25 @@ def require_of_suite(board: LeaderboardRecord) -> None:
             said = "every agent of an entry is scored on all tasks of its suite"
             raise RecordError(f"the entry lacks {agent} on {missing[0]}; {said}")
     seeds = {(unit.agent, unit.task.id): unit.seeds for unit in units if isinstance(unit, Training)}
+    with_curves = {(one.agent, one.task.id) for one in own.curves(Path()).trainings}
+    curves = {(one.method, one.task) for one in board.trainings}
     for result in board.results:
-        _require_known(result, seeds.get((result.agent, result.task)), own.id)
+        row = result.agent, result.task
+        trained = seeds.get(row) if row in curves or row not in with_curves else None
+        _require_known(result, trained, own.id)
 
 
 def _require_known(result: ResultRecord, seeds: tuple[int, ...] | None, suite: str) -> None:
-    """Refuse a row of a registered method that is neither trained in its suite nor the one of the package."""
+    """Refuse a row of a registered method that is neither trained in its suite nor the one of the package.
+
+    seeds: those that the suite trains there, if the entry has what else such a training leaves; None: it trains none.
+    """
     says = named(result.agent, result.kind)
-    if says.method is None or tuple(sorted((*result.seeds, *result.failed_seeds))) == seeds:
+    there = all(run.training is not None and run.training.task == result.task for run in result.runs)
+    if says.method is None or (there and tuple(sorted((*result.seeds, *result.failed_seeds))) == seeds):
         return
-    if says.arm is not None or [run.checkpoint_sha256 for run in result.runs] != shipped(says.method):
+    whole = [run.checkpoint_sha256 for run in result.runs] == shipped(says.method) and not result.failed_seeds
+    if says.arm is not None or not whole:
         raise RecordError(
             f"{result.agent} on {result.task} is neither what comes with the package nor trained by suite {suite}; "
             "publish it under another name"

@@ -242,6 +242,12 @@ def many_episodes_to_resample(board: Board) -> None:
     board.put("tasks", 0, "episodes", value=2_000)
 
 
+def many_pairs_of_runs(board: Board) -> None:
+    one = board.at("results", RULE)
+    many = one | {"runs": one["runs"] * 100}
+    board.put("results", value=[many | {"agent": f"mine:make_{index}@0-99"} for index in range(16)])
+
+
 def many_runs(board: Board) -> None:
     board.put("results", DDQN, "runs", value=board.at("results", DDQN, "runs") * 30)
 
@@ -566,6 +572,7 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     "too many runs": (many_runs, SCHEMA, "results.1.runs"),
     "too many curves": (many_arms, SCHEMA, "trainings"),
     "too many episodes": (with_value("tasks", 0, "episodes", value=900_000), SCHEMA, "episodes"),
+    "too many pairs of runs": (many_pairs_of_runs, SCHEMA, "pairs of runs"),
     "too many episodes to resample": (many_episodes_to_resample, SCHEMA, "intervals resample"),
     # paths
     **{f"a suite called {path[:12]}": (with_value("suite", value=path), SCHEMA, "suite") for path in PATHS},
@@ -786,3 +793,15 @@ def test_seeds_of_a_training_suite_are_all_of_its_seeds(board: Board, monkeypatc
     assert list(check_suite("small", without_runs(honest, 4))) == []
     assert list(check_suite("small", honest)) == []  # what comes with the package
     assert list(check_suite("small", without_runs(honest, 3))) != []
+    withheld = without_runs(honest, 4).model_copy(update={"trainings": ()})
+    assert list(check_suite("small", withheld)) != []
+    board.put("results", DDQN, "runs", 0, "training", "task", value="stop-line-paper-v0")
+    assert list(check_suite("small", without_runs(only(board, [DDQN], [0]), 4))) != []
+
+
+def test_what_comes_with_the_package_has_no_failed_seeds(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    suite = ScoreSuite("small", ("ddqn",), ("stop-line-v0",), small_board.EPISODES)
+    monkeypatch.setattr(suites, "SUITES", {"small": suite})
+    board.put("results", DDQN, "failed_seeds", value=[5, 6])
+    (finding,) = check_suite("small", only(board, [DDQN], [0]))
+    assert "neither what comes with the package" in finding.said
