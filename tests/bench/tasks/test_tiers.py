@@ -25,9 +25,9 @@ def played(tier: str) -> Room:
 
 
 def share(tier: str, agent: str) -> float:
-    """The score of an agent as a share of the oracle's."""
-    found = played(tier)
-    return float(np.mean(getattr(found, agent)) / np.mean(found.oracle))
+    """The score of an agent as a share of the oracle's, as the page has them."""
+    said = dict(zip(Room._fields, table()[tier], strict=True))
+    return said[agent] / said["oracle"]
 
 
 @EACH_TIER
@@ -99,5 +99,6 @@ def test_a_crawler_stops_nearly_always_and_scores_little(tier: str, numbers: tup
     played = play_task(crawler, task, task.test.take(EPISODES)).records
     assert METRICS["success"].values(played).mean() > 0.95
     assert METRICS[HEADLINE].values(played).mean() < 0.6
-    strongest = play_task(RULES["rule-tuned"](SCENARIOS[tier]), task, task.test.take(EPISODES)).records
-    assert METRICS[HEADLINE].values(strongest).mean() > METRICS[HEADLINE].values(played).mean()
+    rules = (RULES[name](SCENARIOS[tier]) for name in ("rule-plus", "rule-tuned"))
+    others = [play_task(rule, task, task.test.take(EPISODES)).records for rule in rules]
+    assert max(METRICS[HEADLINE].values(one).mean() for one in others) > METRICS[HEADLINE].values(played).mean()
