@@ -125,7 +125,8 @@ def search_numbers() -> None:
 
 def table() -> dict[str, list[float]]:
     """Return the scores that the page has, by the tier, in the order of a `Room`."""
-    rows = [row.split(" | ") for row in re.findall(r"^\| (stop-line-.* \(\d\.\d\d\)) \|$", PAGE.read_text(), re.MULTILINE)]
+    found = re.findall(r"^\| (stop-line-.* \(\d\.\d\d\)) \|$", PAGE.read_text(), re.MULTILINE)
+    rows = [row.split(" | ") for row in found]
     return {tier: [float(cell.split()[0]) for cell in cells] for tier, _, *cells in rows}
 
 
