@@ -21,7 +21,7 @@ def tune(
             "--task",
             metavar="TASK",
             help=f"{TASK_HELP} May be repeated.",
-            show_default="all with scripted traffic, but for held-out drivers",
+            show_default="all with scripted traffic that are not superseded, but for held-out drivers",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,

@@ -10,16 +10,17 @@ It has the form of nuPlan's closed-loop score, gates times a weighted mean::
 SUCCESS excludes a collision, a crossed line and the time limit. ``fewest_steps`` is what the quickest way to the goal
 takes that the vehicle can drive, found by the oracle, which knows how the traffic will; where it finds none, or where
 the goal is to follow until the horizon, progress is 1. In worlds with learned front vehicles, whose future nobody
-knows, there is no progress and no score. Acceleration, jerk and distances are the true ones, whatever sensors say.
+knows, there is no progress and no score. Acceleration, jerk and distances are the true ones, however wrong the
+sensors are; a front vehicle beyond their range counts as none.
 """
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hhrl_agents.rules.oracle import Oracle
+from hhrl_agents.rules.oracle import COMFORTABLE, Oracle
 from hhrl_bench.evaluation.metric import Measured
 from hhrl_envs import Outcome, Scenario, Simulator
 from hhrl_envs.arrays import Flags, Floats, Ints
@@ -29,23 +30,19 @@ from hhrl_envs.sub_goals import Option
 if TYPE_CHECKING:
     from hhrl_bench.evaluation.rollout import Rollout, Step
 
-VERSION: Final = 1
-"""Goes up with every change of a weight, a bound or the form: scores of two versions are not to be compared."""
-
 
 @dataclass(frozen=True)
 class Bounds:
-    """What counts as comfortable and as a margin.
+    """What counts as comfortable and as a margin, beside d_fc >= 0 of the paper's Eq. (dis).
 
-    The bounds of acceleration and jerk, and that of the time to collision, are those of nuPlan's closed-loop score
-    (Caesar et al., "nuPlan: A closed-loop ML-based planning benchmark for autonomous vehicles", 2021), that of d_fc is
-    the paper's: Eq. (dis).
+    The bounds are those of nuPlan's closed-loop score (Caesar et al., "nuPlan: A closed-loop ML-based planning
+    benchmark for autonomous vehicles", 2021). With another bound, weight or form, entries have another
+    ``schema_version``.
     """
 
-    accel: tuple[float, float] = (-4.05, 2.40)  # m/s^2
+    accel: tuple[float, float] = COMFORTABLE  # m/s^2
     jerk: float = 4.13  # m/s^3, either way
     time_to_collision: float = 0.95  # s
-    d_fc: float = 0.0  # m
 
 
 @dataclass(frozen=True)

@@ -31,13 +31,11 @@ MAX_RESULT_EPISODES = 100_000
 """Episodes of all runs of a result, whose records are held together while it is checked."""
 
 MAX_RESAMPLED = 2_000_000
-"""Episodes that intervals resample: of a single run `TIMES` times, and of every two single runs on a task once."""
-
-TIMES = 10
-"""Metrics of a result that have an interval, about."""
+"""Episodes that intervals resample: those of a single run for every metric that is no rate, and those of every two
+single runs on a task for every metric that is compared."""
 
 MAX_PAIRS = 1_000_000
-"""Pairs of runs of every two results on a task, of which comparisons count who has more."""
+"""Pairs of runs of every two results on a task, for every metric that is compared, of which is counted who has more."""
 
 MAX_SETTINGS = 2**16
 """Letters of all settings of a method."""
@@ -130,7 +128,7 @@ class LeaderboardRecord(Record):
                 f"{MAX_RESAMPLED:,} can be published; publish fewer such results, or fewer episodes"
             )
 
-        paired = sum(
+        paired = len(compared()) * sum(
             len(one.runs) * len(other.runs) for task in self.tasks for one, other in combinations(self.on(task), 2)
         )
         if paired > MAX_PAIRS:
@@ -140,7 +138,8 @@ class LeaderboardRecord(Record):
 
     def _resamplings(self, task: TaskRecord) -> int:
         single = sum(len(result.runs) == 1 for result in self.on(task))
-        return TIMES * single + single * (single - 1) // 2
+        means = sum(not metric.is_rate for metric in METRICS.values())
+        return means * single + len(compared()) * single * (single - 1) // 2
 
     def _require(self, what: str, names: Sequence[tuple[str, str]]) -> None:
         known = [task.id for task in self.tasks]
@@ -234,9 +233,14 @@ def _record(metadata: Mapping[str, Any]) -> MethodRecord:
         raise RecordError(f"a checkpoint says of its method what cannot be: {first_problem(error)}") from error
 
 
-def standing(result: ResultRecord) -> float:
-    """Return what a result is ranked by, from 0 to 1: its score, or how often it succeeds where there is no score."""
-    return getattr(result.metrics.get(HEADLINE), "mean", None) or result.metrics.success.mean or 0.0
+def standing(result: ResultRecord) -> tuple[bool, bool, float]:
+    """Return what a result is ranked by; the greater one is better.
+
+    It is the score, from 0 to 1, or how often it succeeds where there is no score: those without a score come behind
+    those with one, and an oracle, which is not ranked, behind all.
+    """
+    score: float | None = getattr(result.metrics.get(HEADLINE), "mean", None)
+    return result.kind != "oracle", score is not None, (result.metrics.success.mean or 0.0) if score is None else score
 
 
 def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[PairwiseRecord]:
@@ -244,7 +248,7 @@ def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[Pairwis
 
     An oracle is no rival: it is never the best one.
     """
-    results = [result for result in board.on(task) if result.kind != "oracle"]
-    if not results:
+    best = max(board.on(task), key=standing, default=None)
+    if best is None or best.kind == "oracle":
         return []
-    return against(max(results, key=standing).agent, (one for one in board.comparisons if one.task == task.id))
+    return against(best.agent, (one for one in board.comparisons if one.task == task.id))

@@ -86,7 +86,7 @@ def _overview(tasks: Sequence[TaskRecord], boards: Mapping[str, LeaderboardRecor
 def _task(task: TaskRecord, boards: Mapping[str, LeaderboardRecord]) -> Iterator[str]:
     """Yield the blocks of one task."""
     scored = [Scored(name, one) for name, board in boards.items() if task in board.tasks for one in board.on(task)]
-    scored.sort(key=lambda one: -standing(one.result))
+    scored.sort(key=lambda one: standing(one.result), reverse=True)
     results, entries = [one.result for one in scored], [one.entry for one in scored]
     last = task.test_start + task.episodes - 1
     yield f"## {plain(task.id)}"

@@ -233,7 +233,7 @@ def sensitivity_tables(records: Sequence[SensitivityRecord], task: TaskRecord) -
         for part in dict.fromkeys(one.part for one in own)
     )
     known = [one for one in found.values() if one is not None]
-    least = [Note(f"At least {min(known):.3f}.")] if known else []
+    least = [Note(f"The lowest of these rank correlations is {min(known):.3f}.")] if known else []
     return [
         Table(
             "Sensitivity to the weights of the score",

@@ -4,12 +4,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
-from pydantic import ValidationError
+from pydantic import ValidationError, model_validator
 
 from hhrl_agents.atomic_files import require_writable, write_atomically
 from hhrl_agents.rules.tuned_rule import ALL_TASKS, HELD_OUT, ROBUST, TUNED
+from hhrl_agents.rules.tuning import bounds
 from hhrl_bench.errors import TuningError
 from hhrl_bench.evaluation.results import Update
 from hhrl_bench.schema import Count, Finite, Name, Positive, Rate, Record, Sha256, first_problem
@@ -41,6 +42,12 @@ class SetRecord(Record):
     episodes: Positive
     score: Rate
     tuning: dict[Name, Finite]
+
+    @model_validator(mode="after")
+    def _has_every_number(self) -> Self:
+        if self.tuning.keys() != bounds().keys():
+            raise ValueError(f"a set has the numbers {', '.join(bounds())}; this one has {', '.join(self.tuning)}")
+        return self
 
 
 class TuningRecord(Record):

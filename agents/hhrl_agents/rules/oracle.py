@@ -48,7 +48,7 @@ class Future(NamedTuple):
     """What B worlds hold in store for their egos, after 0, 1, 2, ... steps.
 
     Attributes:
-        motions: position [m], speed [m/s] and acceleration [m/s^2] of the egos now, float64 [B, 3].
+        motions: position [m], speed [m/s], acceleration [m/s^2] and jerk [m/s^3] of the egos now, float64 [B, 4].
         rears: the positions [m] of the rear of their front vehicles, float64 [B, horizon + 1].
         closed: the first positions [m] behind the line while its light is red, else infinite, float64 [B, horizon + 1].
         grips: the most that the road lets the egos accelerate and brake with [m/s^2], float64 [B].

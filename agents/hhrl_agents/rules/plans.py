@@ -182,7 +182,7 @@ def plan_rows(
     motions: Floats, ceilings: Floats, lines: Floats, levels: Floats, caps: Caps, goals: Goals, body: Body,
     grips: Floats, steps: Ints, actions: Codes,
 ) -> None:  # fmt: skip
-    """Plan the quickest way along all ``lines`` for every row of ``motions``, float64 [B, 3].
+    """Plan the quickest way along all ``lines`` for every row of ``motions``, float64 [B, 4].
 
     ``ceilings``, float64 [B, horizon + 1], are the positions that an ego may not reach, ``grips``, float64
     [B], those of the roads. ``steps``, int64 [B], becomes the steps until the end, or 0 where no plan comes there in
@@ -228,8 +228,10 @@ def follow_rows(
 ) -> None:  # fmt: skip
     """Plan to drive up to ``gap`` metres below the ceilings and keep there until the horizon; see `plan_rows`.
 
-    Every step takes the highest level that `follow` does not exceed and after which braking still keeps the gap. A plan
-    that comes to a ceiling all the same has 0 ``steps``.
+    Every step takes the highest level, but for the strongest brake, that lies no more than half a level above what
+    `follow` asks for and after which braking still keeps the gap; the level next to that brake counts as
+    asked for. Where there is none it takes the strongest brake. A plan that comes to a ceiling all the same has 0
+    ``steps``.
     """
     for row in range(steps.size):
         motion, left = (motions[row, 0], motions[row, 1], motions[row, 2]), np.full(1, MOST_MOVES)

@@ -38,16 +38,15 @@ class Tuning:
         accel: highest acceleration that the follower asks for.
         predicted: whether the state that they are given is that of `predict`, so that no controller has to reckon
             with the actuator's lag.
-        follower: the controller of FFV, a name in ``controllers.FOLLOWERS``. The numbers below, but for those of the
-            line and the levels, are those of "safe speed" and of `RulePlus`.
+        follower: the controller of FFV, a name in ``controllers.FOLLOWERS``.
         front_decel: deceleration that the "safe speed" is planned with.
-        leader_decel: deceleration that it expects of the front vehicle.
+        leader_decel: deceleration that the "safe speed" expects of the front vehicle.
         aim: where the stop zone is aimed at, as a share of its length before the line.
         speed_share: highest speed, as a share of the speed limit.
         lags, delays: how far ahead the state is predicted: this share of the actuator's lag and that of the sensor's
             delay.
-        jerk: what no change of level may exceed, unless the brakes are urgent.
-        urgent: wanted deceleration from which they are.
+        jerk: highest jerk that a change of level may cause while the brakes are not urgent.
+        urgent: deceleration from which they are, if a controller asks for it.
         hidden: speed of a front vehicle that may be just out of sight, as a share of the speed limit; with 1 the road
             there counts as free, with 0 it is as if a standing vehicle were there.
     """

@@ -13,8 +13,9 @@ class Ghosts:
     """Standing vehicles that sensors report and that do not exist, as a radar does below bridges and signs.
 
     The road is cut into stretches of ``stretch`` metres, the first of them from the farthest place that an ego may
-    start at. A ``share`` of them has a ghost, anywhere in it. An agent that has a ghost nearer than its front vehicle
-    reads a vehicle that stands there instead, until it is less than ``near`` metres away.
+    start at. A ``share`` of them has a ghost, anywhere in it. An agent reads a vehicle that
+    stands where the nearest of the ghosts at least ``near`` metres ahead is, if that one is nearer than its front
+    vehicle.
     """
 
     share: float

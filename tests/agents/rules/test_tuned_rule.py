@@ -6,7 +6,7 @@ import pytest
 from hhrl_agents import RULES
 from hhrl_agents.rules.rule_plus import RulePlus
 from hhrl_agents.rules.tuned_rule import ALL_TASKS, ROBUST, TUNED, tunings
-from hhrl_agents.rules.tuning import FIRST_TUNING, PLUS_TUNING, Tuning, bounds
+from hhrl_agents.rules.tuning import FIRST_TUNING, Tuning, bounds
 from hhrl_envs import Scenario, Simulator, get_scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.arrays import Ints
@@ -101,8 +101,3 @@ def test_no_change_of_level_exceeds_the_jerk_unless_the_brakes_are_urgent() -> N
     assert level(MAIN, gentle, A_E=0.0, D_D=12.0, V_E=7.0) == -1.5
     assert level(MAIN, replace(gentle, jerk=30.0), A_E=0.0, D_D=12.0, V_E=7.0) == -3.0
     assert level(MAIN, gentle, A_E=0.0, D_D=4.0, V_E=8.0) == -6.0
-
-
-def test_the_tuning_of_rule_plus_is_what_the_rule_has_by_default() -> None:
-    seen = observation(MAIN, D_F=20.0, V_F=5.0)
-    assert RulePlus(MAIN).act(seen).action == RulePlus(MAIN, PLUS_TUNING).act(seen).action

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hhrl_bench.leaderboard.entry import read_entry
-from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.leaderboard.record import LeaderboardRecord, standing
 from hhrl_bench.paper_table import TABLE_I
 from hhrl_bench.tables.markdown import plain, suite_page
 from support.whole_board import AGENTS, whole_board
@@ -50,6 +50,18 @@ def test_rows_of_all_entries_stand_by_success(page: str) -> None:
     assert names(text) == ["rule-4", "rule-4", "rule-2", "other", "rule-1", "rule-1"]
     entries = [row[-1].strip() for row in tables(text)[0][2:8]]
     assert entries == ["published", "theirs"] * 3
+
+
+def test_those_without_a_score_stand_behind_those_with_one_and_an_oracle_behind_all() -> None:
+    board = read_entry(PUBLISHED / "quick.json")
+    names_of = {result.agent: result for result in board.on(board.tasks[0])}
+    poor, rich, seer = (names_of[name] for name in ("rule-1", "rule-4", "oracle"))
+    others = {
+        metric.key: rich.metrics.get(metric.key) for metric in rich.metrics.declarations() if metric.key != "score"
+    }
+    unscored = rich.model_copy(update={"metrics": rich.metrics.model_validate(others)})
+    assert sorted([seer, unscored, poor], key=standing, reverse=True) == [poor, unscored, seer]
+    assert names(section(suite_page({"quick": board}), f"## {board.tasks[0].id}"))[-1] == "oracle"
 
 
 def test_the_papers_rows_stand_below_the_task_of_its_world_only(page: str) -> None:

@@ -117,6 +117,7 @@ def test_a_search_for_all_tasks_makes_one_set_and_prints_its_numbers_with_units(
         ((TUNED, "--task", "platoon-v0"), "platoon-v0 has learned front vehicles, and so no score to search by"),
         ((TUNED, "--task", SMALL, "--task", SMALL), f"task '{SMALL}' is named twice"),
         ((TUNED, "--out", "other.json"), "other.json is no file of tunings"),
+        ((TUNED, "--out", "short.json"), "short.json is no file of tunings"),
         ((TUNED, "--out", "robust.json"), "robust.json holds the numbers of rule-robust; write another --out"),
         ((TUNED, "--out", "robust.json/deeper"), "cannot write robust.json/deeper"),
     ],
@@ -128,6 +129,9 @@ def test_what_cannot_be_searched_for_is_said_before_any_search(
     monkeypatch.setattr(searching, "differential_evolution", None)
     Path("other.json").write_text('{"schema_version": 1}\n')
     Path("robust.json").write_bytes(stored(ROBUST).read_bytes())
+    lacking = json.loads(stored(TUNED).read_text())
+    del next(iter(lacking["sets"].values()))["tuning"]["hidden"]
+    Path("short.json").write_text(json.dumps(lacking))
     said = invoke("tune", *words)
     assert said.exit_code == 2
     assert problem in said.stderr
