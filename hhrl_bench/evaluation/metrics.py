@@ -34,6 +34,7 @@ from hhrl_envs.arrays import Floats, Ints
 from hhrl_envs.simulation import rewards
 
 __all__ = [
+    "BUILT_IN",
     "HEADLINE",
     "METRICS",
     "Ending",
@@ -174,3 +175,6 @@ for _metric in (
     ),
 ):  # fmt: skip
     register_metric(_metric)
+
+BUILT_IN = frozenset(METRICS)
+"""The keys of the metrics that come with the package: no entry may leave one out that its episodes have."""

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
+import numpy as np
 from pydantic import AfterValidator, Field, JsonValue, ValidationError, model_validator
 
 from hhrl_bench.errors import RecordError
@@ -20,6 +21,7 @@ from hhrl_bench.schema import FIRST, MAX_RESULTS, Count, Name, Rate, Record, Sha
 from hhrl_bench.statistics.intervals import generator
 from hhrl_bench.training.learning_curves import TrainingOutcomesRecord
 from hhrl_bench.transfer.records import TransferSetRecord
+from hhrl_envs.arrays import Floats
 
 MAX_COMPARED = 50
 """Results on a task; every two of them are compared."""
@@ -36,6 +38,9 @@ single runs on a task for every metric that is compared."""
 
 MAX_PAIRS = 1_000_000
 """Pairs of runs of every two results on a task, for every metric that is compared, of which is counted who has more."""
+
+MAX_CURVES = 10_000
+"""Learning curves of all seeds of trainings and of the arms of transfers, whose numbers are resampled."""
 
 MAX_SETTINGS = 2**16
 """Letters of all settings of a method."""
@@ -71,7 +76,7 @@ class LeaderboardRecord(Record):
     confidence: Rate
     bootstrap_seed: Count
     tasks: Annotated[tuple[TaskRecord, ...], FIRST, Field(min_length=1, max_length=100)]
-    results: Annotated[tuple[ResultRecord, ...], FIRST, Field(max_length=MAX_RESULTS)]
+    results: Annotated[tuple[ResultRecord, ...], FIRST, Field(min_length=1, max_length=MAX_RESULTS)]
     checkpoints_published: bool = True
     methods: Annotated[tuple[MethodRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()
     comparisons: Annotated[tuple[PairwiseRecord, ...], FIRST] = ()
@@ -136,6 +141,11 @@ class LeaderboardRecord(Record):
                 f"every two results on a task have {paired:,} pairs of runs in all; publish at most {MAX_PAIRS:,}"
             )
 
+        arms = self.transfer.rows if self.transfer else ()
+        curves = sum(len(one.seeds) for one in self.trainings) + sum(len(one.seeds) for one in arms)
+        if curves > MAX_CURVES:
+            raise ValueError(f"trainings and arms have {curves:,} learning curves; publish at most {MAX_CURVES:,}")
+
     def _resamplings(self, task: TaskRecord) -> int:
         single = sum(len(result.runs) == 1 for result in self.on(task))
         means = sum(not metric.is_rate for metric in METRICS.values())
@@ -187,11 +197,17 @@ def _of_episodes(results: Sequence[ResultRecord], store: Store) -> dict[str, Any
 
 
 def _played(result: ResultRecord, store: Store) -> _Played:
-    evidence = [read_evidence(run, store) for run in result.runs]
-    metrics = [metric for metric in compared() if metric.key in result.metrics]
-    runs = {metric.key: Runs(result.agent, [metric.values(one) for one in evidence]) for metric in metrics}
-    scored = all(METRICS[HEADLINE].follows_from(one.measured) for one in evidence)
-    return _Played(runs, rescored(evidence) if scored else None)
+    """Return the same of the runs of a result, whose evidence is read and dropped again run by run."""
+    values: dict[str, list[Floats]] = {metric.key: [] for metric in compared() if metric.key in result.metrics}
+    scores: list[Sequence[float]] = []
+    for run in result.runs:
+        evidence = read_evidence(run, store)
+        for key, of_runs in values.items():
+            of_runs.append(METRICS[key].values(evidence))
+        if HEADLINE in result.metrics:
+            scores.append(rescored(evidence))
+    runs = {key: Runs(result.agent, of_runs) for key, of_runs in values.items()}
+    return _Played(runs, np.mean(scores, axis=0).tolist() if scores else None)
 
 
 def _comparisons(results: Sequence[ResultRecord], runs: Sequence[Mapping[str, Runs]]) -> Iterator[PairwiseRecord]:

@@ -41,11 +41,9 @@ class SensitivityRecord(Record):
     rank_correlation: Annotated[float, Field(ge=-1.0, le=1.0)] | None
 
 
-def rescored(episodes: Sequence[Measured]) -> list[float]:
-    """Return the mean score over the runs of an agent, by our weights and by each of those in `MOVED`."""
-    return [
-        float(np.mean([np.mean(score(run, weights)) for run in episodes])) for weights in (WEIGHTS, *MOVED.values())
-    ]
+def rescored(run: Measured) -> list[float]:
+    """Return the mean score of a run's episodes, by our weights and by each of those in `MOVED`."""
+    return [float(np.mean(score(run, weights))) for weights in (WEIGHTS, *MOVED.values())]
 
 
 def sensitivity(task: str, scores: Sequence[Sequence[float]]) -> Iterator[SensitivityRecord]:

@@ -34,7 +34,7 @@ from hhrl_bench.suites.units import Evaluation, Training
 from hhrl_bench.tables.markdown import suite_page
 from hhrl_bench.tasks.tasks import registered_task
 from hhrl_bench.text import looks_like
-from hhrl_bench.verification.identity import named, shipped
+from hhrl_bench.verification.identity import named, rounded, shipped
 from hhrl_bench.verification.verify import reached
 from hhrl_envs.errors import InputError
 
@@ -184,8 +184,23 @@ def check_suite(name: str, board: LeaderboardRecord) -> Iterator[Finding]:
         if near is not None and near != name:
             raise RecordError(f"{name} looks like {near}; call it otherwise")
         require_of_suite(board)
+        if name == board.suite:
+            _require_whole(board)
     except InputError as error:
         yield Finding("suite", str(error))
+
+
+def _require_whole(board: LeaderboardRecord) -> None:
+    """Refuse an entry under the name of its suite that has other rows or curves than the suite makes."""
+    own = suites.get_suite(board.suite)
+    rows = {(unit.agent, unit.task.id) for unit in _units(own)}
+    _require_equal("rows", {(result.agent, result.task) for result in board.results}, rows, own.id)
+    trainings = {(one.agent, one.task.id) for one in own.curves(Path()).trainings}
+    _require_equal("curves", {(one.method, one.task) for one in board.trainings}, trainings, own.id)
+
+
+def _units(suite: suites.Suite) -> list[Evaluation | Training]:
+    return [unit for stage in suite.stages(Path()) for unit in stage if isinstance(unit, Evaluation | Training)]
 
 
 def require_of_suite(board: LeaderboardRecord) -> None:
@@ -204,9 +219,14 @@ def require_of_suite(board: LeaderboardRecord) -> None:
     _require_equal("episodes", {task.episodes for task in board.tasks}, {own.episodes}, own.id)
     opponents = [task.opponent and task.opponent.agent for task in board.tasks]
     _require_equal("opponents", opponents, [registered_task(task).opponent for task in own.tasks], own.id)
-    if board.transfer and not own.curves(Path()).transfers:
+    transfers = {one.target.id: one for one in own.curves(Path()).transfers}
+    if board.transfer and not transfers:
         raise RecordError(f"it has a transfer, and suite {own.id} has none; publish the checkpoints")
-    units = [unit for stage in own.stages(Path()) for unit in stage if isinstance(unit, Evaluation | Training)]
+    for arm in board.transfer.rows if board.transfer else ():
+        wanted = transfers[arm.target].env_steps if arm.target in transfers else 0
+        what = f"env steps of {arm.method} {arm.arm} on {arm.target}"
+        _require_equal(what, arm.budget, rounded(wanted, arm.method), own.id)
+    units = _units(own)
     own_tasks: dict[str, set[str]] = {}
     for unit in units:
         own_tasks.setdefault(unit.agent, set()).add(unit.task.id)

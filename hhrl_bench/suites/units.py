@@ -214,7 +214,7 @@ def _read(path: Path) -> OutcomeRecord | None:
 
 
 def _still_holds(result: ResultRecord, agent: str, task: Task, store: Store) -> bool:
-    if result.kind == "factory" or result.task != task.id:
+    if result.kind == "factory" or (result.agent, result.task, result.option) != (agent, task.id, None):
         return False
     loaded = load_agents(agent, get_scenario(task.scenario))
     return (
