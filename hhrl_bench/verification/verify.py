@@ -67,8 +67,9 @@ def verify(
 
 def check_result(level: Level, result: CheckedResult, again: bool) -> tuple[list[Finding], bool]:
     """Return what does not hold in a result, and whether its evidence was read; ``again``: its agents are run again."""
-    findings = list(result.recompute())
-    if level.includes(Level.REPLAYED):
+    replayed = level.includes(Level.REPLAYED)
+    findings = list(result.recompute(replayed=replayed))
+    if replayed:
         findings += result.replay()
     if again:
         findings += rerun(result)

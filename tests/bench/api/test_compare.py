@@ -47,7 +47,8 @@ def test_training_seeds_give_a_probability_and_a_table(several: Evaluation) -> N
 
 def test_it_is_the_comparison_of_a_published_entry() -> None:
     board = read_entry(ROOT / "leaderboards" / "quick.json")
-    pairs = [one for one in board.comparisons if (one.agent, one.other) == ("rule-3", "rule-4")]
+    wanted = "rule-3", "rule-4", "success"
+    pairs = [one for one in board.comparisons if (one.agent, one.other, one.metric) == wanted]
     assert [one.task for one in pairs] == [task.id for task in board.tasks]
     published = pairs[0]
     assert compare("rule-3", "rule-4", published.task, published.episodes)["success"] == published
