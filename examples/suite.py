@@ -11,7 +11,7 @@ from hhrl_bench.suites.suites import ScoreSuite
 SUITE = ScoreSuite(
     "rules-on-tiers",
     agents=("rule-3", "rule-4", "rule-plus"),
-    tasks=("stop-line-dense-v0", "stop-line-wet-v0"),
+    tasks=("stop-line-dense-v1", "stop-line-wet-v1"),
     episodes=200,
 )
 register_suite(SUITE)

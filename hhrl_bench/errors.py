@@ -45,3 +45,7 @@ class LostWorkerError(InputError):
 
 class ClusterError(InputError):
     """A cluster that does not answer, or a node that is not as the others are."""
+
+
+class TuningError(InputError):
+    """A search for the numbers of an agent that cannot be made."""

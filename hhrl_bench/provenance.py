@@ -117,7 +117,7 @@ def _processor() -> str:
 
 _DECISIVE: Mapping[str, tuple[str, ...]] = {
     "hhrl_envs": ("*.py", *(f"{folder}/**/*.py" for folder in ("scenario", "simulation", "views", "worlds"))),
-    "hhrl_agents": ("**/*.py",),
+    "hhrl_agents": ("**/*.py", "rules/*.json"),
     "hhrl_bench": (
         "schema.py",
         *(f"{folder}/**/*.py" for folder in ("evaluation", "isolation", "statistics", "tasks", "training")),
@@ -145,9 +145,9 @@ def hash_code(packages: Mapping[str, Path]) -> str:
     """Return the sha256, in hex, of the decisive files of the packages in these folders.
 
     A result is made again where this hash has changed. In it are the scenarios, the simulator and its views, in one of
-    which PPO learns; all agents and learners; and of the harness what evaluates, trains, reuses, counts and keeps. Not
-    in it is what draws pictures, what works on finished results, as leaderboards, tables and figures do, and what hands
-    out or shows the work, as executors and the command line do.
+    which PPO learns; all agents and learners, with the numbers that rules drive by; and of the harness what evaluates,
+    trains, reuses, counts and keeps. Not in it is what draws pictures, what works on finished results, as leaderboards,
+    tables and figures do, and what hands out or shows the work, as executors and the command line do.
     """
     sha = hashlib.sha256()
     for name, folder in packages.items():

@@ -41,12 +41,16 @@ def meant(name: str, known: Iterable[str]) -> str:
     return f", did you mean {near[0]}" if near else ""
 
 
-_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s"})
+_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s", "9": "q", "g": "q", "6": "b", "8": "b"})
+_ALIKE_PAIRS = {"cl": "d", "rn": "m", "vv": "w"}
 
 
 def look(name: str) -> str:
     """Return the letters and digits of a name, the same for those that look alike: equal for names easily mistaken."""
-    return "".join(filter(str.isalnum, name.casefold().translate(_ALIKE)))
+    letters = "".join(filter(str.isalnum, name.casefold().translate(_ALIKE)))
+    for pair, one in _ALIKE_PAIRS.items():
+        letters = letters.replace(pair, one)
+    return letters
 
 
 def looks_like(name: str, known: Iterable[str]) -> str | None:

@@ -8,7 +8,19 @@ from hhrl_envs.errors import InputError, UnknownScenarioError
 from hhrl_envs.scenario.files import read_scenario, scenario_from_json, scenario_to_json
 from hhrl_envs.scenario.profiles import ProfileFamily
 from hhrl_envs.scenario.registry import SCENARIOS, get_scenario
-from hhrl_envs.scenario.scenario import Adversary, Band, Goal, Reward, Road, Scenario, Sensor, Signal, Traffic, Vehicle
+from hhrl_envs.scenario.scenario import (
+    Adversary,
+    Band,
+    Goal,
+    Reward,
+    Road,
+    Scenario,
+    Signal,
+    Slippery,
+    Traffic,
+    Vehicle,
+)
+from hhrl_envs.scenario.sensors import Ghosts, Sensor
 from hhrl_envs.simulation.simulator import Simulator
 from hhrl_envs.sub_goals import SUB_GOALS, Option, Outcome, SubGoal
 from hhrl_envs.views.infos import NumericInfos
@@ -20,6 +32,7 @@ __all__ = [
     "SUB_GOALS",
     "Adversary",
     "Band",
+    "Ghosts",
     "Goal",
     "InputError",
     "NumericInfos",
@@ -32,6 +45,7 @@ __all__ = [
     "Sensor",
     "Signal",
     "Simulator",
+    "Slippery",
     "SubGoal",
     "Traffic",
     "UnknownScenarioError",

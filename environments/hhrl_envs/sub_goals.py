@@ -71,8 +71,9 @@ class SubGoal:
         exists: whether a ``Scenario`` has it; where it does not, its option is masked.
         elements: the elements that it adds to the state.
         distance, critical, ratio: the symbols of three of them: its target distance d; d_c = d - d_s, where d_s is its
-            safety distance; and d_c / d_s. It is unsafe where d_c < 0, by -exp(-d_c / d_s). The last two are computed
-            from other elements; all else is measured.
+            safety distance; and d_c / d_s, floored and clipped. It is unsafe where d_c < 0, by -exp(-d_c / d_s) with
+            that ratio, or as printed; see ``simulation.rewards``. The last two are computed from other elements; all
+            else is measured.
         failure: the outcome that is its failure; of several in one step that with the lowest code counts.
         failure_title, failure_colour: how pictures show this outcome.
         target: what d reaches to, where pictures can show it on the road: "stop-line" or "front vehicle"; else None.

@@ -87,6 +87,8 @@ def _of_both(first: Evaluation, second: Evaluation) -> list[Metric]:
 
 
 def _has(evaluation: Evaluation, metric: Metric) -> bool:
+    if metric.key not in evaluation.result.metrics:
+        return False
     return not any(bool(np.isnan(values).any()) for values in _runs(evaluation, metric).values)
 
 

@@ -21,7 +21,7 @@ from hhrl_bench.exports.files import to_frame
 from hhrl_bench.figures.watch import artist, replayed
 from hhrl_bench.schema import OptionName
 from hhrl_bench.tables.failures import AgentEpisodes, failures_table
-from hhrl_bench.tables.results import results_table, worst_cases_table
+from hhrl_bench.tables.results import results_table, score_table, worst_cases_table
 from hhrl_bench.tables.table import Table
 from hhrl_bench.tasks.tasks import Task
 from hhrl_envs.errors import InputError
@@ -137,6 +137,10 @@ class Evaluation(Printed):
     def tables(self) -> Sequence[Table]:
         """Return the table of results."""
         return [results_table(self.task_record, self.results)]
+
+    def scores(self) -> Shown:
+        """Return what the scores of the agents are made of: it prints as a table."""
+        return Shown(score_table(self.task_record, self.results))
 
     def worst_cases(self) -> Shown:
         """Return the worst training seed of every agent, and how severe its episodes are: it prints as a table."""

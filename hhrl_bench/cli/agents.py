@@ -289,7 +289,7 @@ def _summary(make: Callable[..., object]) -> str:
 
 def _tasks() -> Rows:
     """Return the tasks: scenario, training budget, what a scored agent drives behind whom, first and last seeds."""
-    from hhrl_bench.tasks.tasks import TASKS
+    from hhrl_bench.tasks.tasks import TASKS, summary_of
 
     return [
         {
@@ -298,6 +298,7 @@ def _tasks() -> Rows:
             "env_steps": task.env_steps,
             "drives": "all" if task.shared else "ego",
             "opponent": task.opponent,
+            "summary": summary_of(task),
             **{
                 f"{seeds.name}_seeds": [seeds.start, seeds.start + seeds.size - 1]
                 for seeds in (task.train, task.validation, task.test)

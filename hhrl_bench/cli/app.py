@@ -16,6 +16,7 @@ from hhrl_bench.cli.paper import paper_app
 from hhrl_bench.cli.pictures import pictures_app
 from hhrl_bench.cli.scenarios import scenario_app
 from hhrl_bench.cli.suites import suites_app
+from hhrl_bench.cli.tuning import tuning_app
 from hhrl_bench.tracebacks import TRACEBACK_VARIABLE, show_traceback
 
 
@@ -87,6 +88,7 @@ app = typer.Typer(
 app.add_typer(agents_app)
 app.add_typer(export_app)
 app.add_typer(paper_app)
+app.add_typer(tuning_app)
 app.add_typer(suites_app)
 app.add_typer(pictures_app)
 app.add_typer(leaderboard_app, name="leaderboard")

@@ -100,10 +100,10 @@ class Totals:
 
     def __init__(self, rollout: Rollout, metrics: Iterable[Metric] | None = None) -> None:
         chosen = METRICS.values() if metrics is None else metrics
-        rows = len(rollout.seeds)
-        self._rollout = rollout
-        self._accumulations = {one.key: one.accumulation for one in chosen if one.accumulation is not None}
-        self._totals = {key: accumulation.start(rows) for key, accumulation in self._accumulations.items()}
+        known = {one.key: one.accumulation for one in chosen if one.accumulation is not None}
+        started = {key: accumulation.start(rollout) for key, accumulation in known.items()}
+        self._rollout, self._totals = rollout, {key: one for key, one in started.items() if one is not None}
+        self._accumulations = {key: known[key] for key in self._totals}
 
     def add(self, step: Step) -> None:
         """Add a step of the rollout."""

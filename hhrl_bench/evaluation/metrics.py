@@ -5,234 +5,60 @@ The records of episodes and of results, the JSON schema, tables, comparisons and
 name that module: ``hhrl-bench --extension MODULE_OR_FILE.py``.
 """
 
-import math
-import re
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import BaseModel
 
+from hhrl_bench.evaluation import score
+from hhrl_bench.evaluation.metric import (
+    METRICS,
+    Ending,
+    Least,
+    Measured,
+    Metric,
+    OfWorld,
+    Sum,
+    columns,
+    compared,
+    known_metrics,
+    mean,
+    means,
+    metric_error,
+    register_metric,
+    watched,
+)
+from hhrl_bench.evaluation.rollout import Step
 from hhrl_envs import Outcome
-from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
-from hhrl_envs.errors import InputError
+from hhrl_envs.arrays import Floats, Ints
 from hhrl_envs.simulation import rewards
 
-if TYPE_CHECKING:
-    from hhrl_bench.evaluation.rollout import Step
+__all__ = [
+    "BUILT_IN",
+    "HEADLINE",
+    "METRICS",
+    "Ending",
+    "Least",
+    "Measured",
+    "Metric",
+    "OfWorld",
+    "Sum",
+    "columns",
+    "compared",
+    "known_metrics",
+    "mean",
+    "means",
+    "metric_error",
+    "of_selected",
+    "register_metric",
+    "watched",
+]
+
+HEADLINE = "score"
+"""The metric that agents are ranked by, where an entry has it."""
 
 LONGEST_TTC = 10.0
 """Seconds; a longer time to collision counts as that: how much longer says nothing about danger."""
-
-RESERVED = frozenset({"seed", "outcome", "feasible", "outcomes", "options", "actions", "declarations", "get"})
-"""Words that are no keys of metrics, as records have them already."""
-
-
-class Ending(Protocol):
-    """How N episodes ended."""
-
-    @property
-    def outcome(self) -> Codes:
-        """Codes of :class:`hhrl_envs.Outcome`, int8 [N]."""
-
-    @property
-    def steps(self) -> NDArray[np.int32]:
-        """Environment steps, int32 [N]."""
-
-
-class Measured(Ending, Protocol):
-    """How N episodes ended, and what came up over their steps."""
-
-    @property
-    def measured(self) -> Mapping[str, NDArray[Any]]:
-        """The totals [N] of metrics, by their keys."""
-
-
-class Accumulation(Protocol):
-    """How a metric comes up over the steps of B episodes that are run side by side.
-
-    whole: whether the totals are whole numbers, which the evidence of a result keeps.
-    """
-
-    @property
-    def whole(self) -> bool:
-        """Whether the totals are int32, else they are float64."""
-
-    def start(self, rows: int) -> NDArray[Any]:
-        """Return the totals [rows] before the first step."""
-
-    def add(self, totals: NDArray[Any], step: "Step") -> None:
-        """Add a step, of the first vehicle that the agent drives in every row, to the totals [rows]."""
-
-
-@dataclass(frozen=True)
-class Sum:
-    """The sum of ``of``, numbers or truth values [B] of a step, over the steps in which an episode runs."""
-
-    of: Callable[["Step"], Floats | Floats32 | Ints | Flags]
-    whole: bool = False
-
-    def start(self, rows: int) -> NDArray[Any]:
-        """Return zeros, int32 or float64 [rows]."""
-        return np.zeros(rows, np.int32 if self.whole else np.float64)
-
-    def add(self, totals: NDArray[Any], step: "Step") -> None:
-        """Add a step to the totals [rows]."""
-        values = np.asarray(self.of(step))
-        _require_shape(values, totals.shape)
-        if self.whole and values.dtype.kind not in "biu":
-            raise InputError(f"returned {values.dtype} values; return whole numbers, or leave out whole=True")
-        np.add(totals, values, out=totals, where=step.running, casting="unsafe")
-
-
-@dataclass(frozen=True)
-class Least:
-    """The least of ``of``, float64 [B] of a step, over the steps in which an episode runs; NaN where there is none."""
-
-    of: Callable[["Step"], Floats]
-    whole: bool = False
-
-    def start(self, rows: int) -> NDArray[Any]:
-        """Return NaN, float64 [rows]."""
-        return np.full(rows, np.nan)
-
-    def add(self, totals: NDArray[Any], step: "Step") -> None:
-        """Add a step to the totals [rows]."""
-        values = np.asarray(self.of(step))
-        _require_shape(values, totals.shape)
-        np.fmin(totals, values, out=totals, where=step.running)
-
-
-@dataclass(frozen=True)
-class Metric:
-    """A number of every episode; a result has its mean.
-
-    Attributes:
-        key: its name in files, such as ``"smallest_gap"``.
-        heading: what stands above its column; a line end in it is one in narrow columns.
-        of: how it comes up over the steps, or a function of how the episodes ended.
-        meaning: what it is, in a sentence.
-        unit: its unit; empty where it has none.
-        digits, bound_digits: after the point of means, and of the bounds of intervals, in tables.
-        better: whether more or less of it is better; None: neither.
-        is_rate: whether it is 0 or 1 in every episode; tables show the mean in percent.
-        nullable: whether it is NaN in some episodes, which then do not count; in files, the mean of none is null.
-        required: whether every entry has it; a metric that is younger than some entries cannot be.
-        watched: whether trainings report it of validation episodes.
-        compared: whether entries compare every two agents by it; only if it is whole.
-        table: the table that it is a column of: the results, or the worst cases; None: of neither.
-    """
-
-    key: str
-    heading: str
-    of: Accumulation | Callable[[Ending], Floats]
-    meaning: str
-    unit: str = ""
-    digits: int = 2
-    bound_digits: int = 2
-    better: Literal["higher", "lower"] | None = None
-    is_rate: bool = False
-    nullable: bool = True
-    required: bool = False
-    watched: bool = False
-    compared: bool = False
-    table: Literal["results", "worst cases"] | None = "results"
-
-    @property
-    def accumulation(self) -> Accumulation | None:
-        """How it comes up over the steps; None: it follows from how the episodes ended."""
-        return None if callable(self.of) else self.of
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether an episode's value follows from the whole numbers that the evidence of a result keeps."""
-        return callable(self.of) or self.of.whole
-
-    def values(self, records: Measured) -> Floats:
-        """Return the numbers of N episodes, float64 [N]; NaN in those that have none.
-
-        Raises:
-            InputError: if a function of how the episodes ended raises, or returns another number of values.
-        """
-        if not callable(self.of):
-            return np.asarray(records.measured[self.key], np.float64)
-        try:
-            values = np.asarray(self.of(records), np.float64)
-            _require_shape(values, records.outcome.shape)
-        except Exception as error:
-            raise metric_error(self.key, error) from error
-        return values
-
-
-def metric_error(key: str, error: Exception) -> InputError:
-    """Return the error, in one line that names the metric, to raise in place of one of its function."""
-    why = str(error) if isinstance(error, InputError) else f"raised {type(error).__name__}: {error}"
-    return InputError(f"the function of metric {key!r} {why}")
-
-
-def _require_shape(values: NDArray[Any], shape: tuple[int, ...]) -> None:
-    if values.shape != shape or values.dtype.kind not in "biuf":
-        raise InputError(f"returned {values.dtype} values of shape {values.shape}; return numbers of shape {shape}")
-
-
-_by_key: dict[str, Metric] = {}
-
-METRICS: Mapping[str, Metric] = MappingProxyType(_by_key)
-"""All metrics by their keys, in the order of files; those of users come last."""
-
-
-def register_metric(metric: Metric) -> Metric:
-    """Make a metric known by its key to all commands, and return it.
-
-    Raises:
-        InputError: if the key is none, or is taken.
-    """
-    if not isinstance(metric, Metric):
-        raise InputError(f"cannot register {metric!r} as a metric; give a hhrl_bench.Metric")
-    key = metric.key
-    if metric.better not in {"higher", "lower", None} or metric.table not in {"results", "worst cases", None}:
-        allowed = "better 'higher', 'lower' or None, and table 'results', 'worst cases' or None"
-        raise InputError(f"metric {key!r} has better={metric.better!r} and table={metric.table!r}; write {allowed}")
-    if not callable(metric.of) and not callable(getattr(metric.of, "add", None)):
-        raise InputError(f"metric {key!r} has of={metric.of!r}; write Sum, Least or a function of how episodes end")
-    if not re.fullmatch(r"[a-z][a-z0-9_]*", key) or key in RESERVED or hasattr(BaseModel, key):
-        raise InputError(f"a metric cannot have the key {key!r}; write another word, such as 'stop_error'")
-    if _by_key.get(key, metric) != metric:
-        raise InputError(f"there is a metric {key!r} already; write another key")
-    if metric.compared and not metric.is_whole:
-        raise InputError(f"metric {key!r} cannot be compared: no evidence of a result keeps its values")
-    _by_key[key] = metric
-    return metric
-
-
-def watched() -> list[Metric]:
-    """Return the metrics that trainings report of validation episodes."""
-    return [metric for metric in METRICS.values() if metric.watched]
-
-
-def compared() -> list[Metric]:
-    """Return the metrics by which entries compare every two agents."""
-    return [metric for metric in METRICS.values() if metric.compared]
-
-
-def columns(table: Literal["results", "worst cases"]) -> tuple[Metric, ...]:
-    """Return the metrics that are columns of a table; the rates come last, as in the paper's Table I."""
-    chosen = [metric for metric in METRICS.values() if metric.table == table]
-    return tuple(sorted(chosen, key=lambda metric: metric.is_rate))
-
-
-def means(records: Measured, metrics: Iterable[Metric] | None = None) -> dict[str, float]:
-    """Return the mean of every metric over the episodes that have it, NaN where none has; by default of all metrics."""
-    return {one.key: mean(one.values(records)) for one in (METRICS.values() if metrics is None else metrics)}
-
-
-def mean(values: Floats) -> float:
-    """Return the mean of the values that are not NaN; NaN if all are."""
-    known = values[~np.isnan(values)]
-    return float(np.mean(known)) if known.size else math.nan
 
 
 def of_selected(by_option: Floats, option: Ints) -> Floats:
@@ -243,22 +69,19 @@ def of_selected(by_option: Floats, option: Ints) -> Floats:
     return selected
 
 
-def _unsafe(step: "Step") -> Floats:
+def _unsafe(step: Step) -> Floats:
     unsafe: Floats = -step.results.terms[:, rewards.UNSAFE].sum(axis=1)
     return unsafe
 
 
-def _time_to_collision(step: "Step") -> Floats:
-    """Return the free road over the closing speed [s], [B], at most LONGEST_TTC; NaN where the gap does not close."""
-    gap, closing = step.gap, step.closing
-    ttc = np.divide(gap, closing, out=np.full_like(gap, np.nan), where=closing > 0.0)
-    return np.minimum(ttc, LONGEST_TTC)
+def _time_to_collision(step: Step) -> Floats:
+    return np.minimum(step.time_to_collision, LONGEST_TTC)
 
 
 _COLLISION = int(Outcome.COLLISION)  # numpy compares with a plain integer in a fifth of the time
 
 
-def _impact_speed(step: "Step") -> Floats:
+def _impact_speed(step: Step) -> Floats:
     return np.where(step.results.outcomes == _COLLISION, step.closing, np.nan)
 
 
@@ -273,6 +96,10 @@ def _rate(outcome: Outcome, better: Literal["higher", "lower"], *, compared: boo
         key, heading, _ends_in(outcome), meaning, digits=1, bound_digits=1, better=better, is_rate=True, nullable=False,
         required=True, watched=True, compared=compared,
     )  # fmt: skip
+
+
+def _of_score(key: str, of: Callable[[Measured], Floats], meaning: str, needs: tuple[str, ...]) -> Metric:
+    return Metric(key, key, of, meaning, better="higher", nullable=False, table="score", needs=needs)
 
 
 for _metric in (
@@ -321,5 +148,33 @@ for _metric in (
         "smallest free road over closing speed (time to collision), at most 10 s; none if the gap never closed",
         unit="s", better="higher", required=True, table="worst cases",
     ),
+    Metric(
+        "fewest_steps", "fewest\nsteps", OfWorld(score.fewest_steps),
+        "steps of the quickest way to the goal, whoever drives, found by the oracle; 0 where it found none",
+        digits=1, bound_digits=1, nullable=False, table="score",
+    ),
+    Metric(
+        "uncomfortable", "uncomfortable\nsteps", Sum(score.uncomfortable, whole=True),
+        "steps with an acceleration or a jerk beyond the bounds of comfort",
+        digits=1, bound_digits=1, better="lower", nullable=False, table="score",
+    ),
+    Metric(
+        "too_close", "too close\nsteps", Sum(score.too_close, whole=True),
+        "steps nearer to the front vehicle than the margin",
+        digits=1, bound_digits=1, better="lower", nullable=False, table="score",
+    ),
+    _of_score(
+        "progress", score.progress, "the fewest steps as a share of those taken, at most 1", ("fewest_steps",)
+    ),
+    _of_score("comfort", score.comfort, "share of the steps that are comfortable", ("uncomfortable",)),
+    _of_score("margin", score.margin, "share of the steps that keep the margin", ("too_close",)),
+    Metric(
+        HEADLINE, "score", score.score, "progress, comfort and margin in one number from 0 to 1; 0 without success",
+        digits=3, bound_digits=3, better="higher", nullable=False, compared=True,
+        needs=("fewest_steps", "uncomfortable", "too_close"),
+    ),
 ):  # fmt: skip
     register_metric(_metric)
+
+BUILT_IN = frozenset(METRICS)
+"""The keys of the metrics that come with the package: no entry may leave one out that its episodes have."""

@@ -11,7 +11,7 @@ from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
 from hhrl_bench.evaluation.evidence import pack
 from hhrl_bench.evaluation.guarded_agent import OPTIONS
 from hhrl_bench.evaluation.loading import LoadedAgent, load_agents
-from hhrl_bench.evaluation.metrics import METRICS, Metric, means
+from hhrl_bench.evaluation.metrics import METRICS, Metric, known_metrics, means
 from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes, load_opponent, play_task
 from hhrl_bench.evaluation.records import (
     EvaluationRecord,
@@ -152,11 +152,11 @@ def run_record(
     evidence: str | None,
     metrics: Sequence[Metric] | None = None,
 ) -> RunRecord:
-    """Return the record of one policy; by default with all metrics.
+    """Return the record of one policy; by default with all metrics that the records know.
 
     ``checkpoint`` and ``evidence`` are the sha256 that they are kept under.
     """
-    chosen = [*METRICS.values()] if metrics is None else metrics
+    chosen = known_metrics(records) if metrics is None else metrics
     return RunRecord(
         checkpoint_sha256=checkpoint,
         training=training,

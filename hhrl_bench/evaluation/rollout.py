@@ -69,6 +69,12 @@ class Step:
         return self._ahead[1]
 
     @cached_property
+    def time_to_collision(self) -> Floats:
+        """The free road over the closing speed [s], float64 [B]; NaN where it does not close, or is out of range."""
+        gap, closing = self.gap, self.closing
+        return np.divide(gap, closing, out=np.full_like(gap, np.nan), where=closing > 0.0)
+
+    @cached_property
     def _ahead(self) -> tuple[Floats, Floats]:
         return self.simulator.ahead(self.slots[0])
 

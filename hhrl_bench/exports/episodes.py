@@ -63,11 +63,13 @@ class World(NamedTuple):
     Attributes:
         feasible: whether some ego could succeed; None where that shows at the end.
         families, styles: of the drivers in front and how each stops, nearest first.
+        friction: of the road.
     """
 
     feasible: bool | None
     families: tuple[str, ...]
     styles: tuple[str, ...]
+    friction: float
 
 
 def episode_columns(runs: Sequence[Run]) -> Columns:
@@ -79,7 +81,12 @@ def episode_columns(runs: Sequence[Run]) -> Columns:
         RecordError: if a run's outcomes are not those that its decisions come to.
     """
     parts = [_columns(run) for run in runs]
-    return {name: [value for part in parts for value in part[name]] for name in parts[0]}
+    names = max(parts, key=len)  # where a world has no number of a metric, that column lacks in its part
+    blank = [[None] * len(run.outcome) for run in runs]
+    return {
+        name: [value for part, none in zip(parts, blank, strict=True) for value in part.get(name, none)]
+        for name in names
+    }
 
 
 def _columns(run: Run) -> Columns:
@@ -101,10 +108,11 @@ def _columns(run: Run) -> Columns:
         "profile": [world.families[0] if world.families else NO_FRONT for world in known],
         "style": [world.styles[0] if world.styles else None for world in known],
         "profiles": [profiles_of(world) for world in known],
+        "friction": [world.friction for world in known],
         "outcome": [one.name.lower() for one in outcomes],
         "cause": [one.name.lower() if fails else None for one, fails in zip(outcomes, failed, strict=True)],
         "steps": records.steps.tolist(),
-        **{metric.key: _values(metric, records) for metric in [*metrics, OVERRUN]},
+        **{one.key: _values(one, records) for one in [*metrics, OVERRUN] if one.follows_from(records.measured)},
     }
 
 
@@ -128,12 +136,14 @@ def worlds(task: Task, seeds: Keys) -> Iterator[World]:
     drivers = evaluation_drivers(task)
     simulator = drivers.simulator(get_scenario(task.scenario), len(seeds))
     simulator.reset(seeds)
+    friction = simulator.friction.tolist()
     by_agents, scripted = simulator.num_agents - 1, simulator.num_agents == 1
     for row in range(len(seeds)):
         fronts = simulator.profiles(row)
         families = [AN_AGENT if slot < by_agents else str(front["family"]) for slot, front in enumerate(fronts)]
         styles = [AN_AGENT if slot < by_agents else str(front["style"]) for slot, front in enumerate(fronts)]
-        yield World(bool(simulator.feasible[row]) if scripted else None, tuple(families), tuple(styles))
+        feasible = bool(simulator.feasible[row]) if scripted else None
+        yield World(feasible, tuple(families), tuple(styles), friction[row])
 
 
 def _feasible(records: EpisodeRecords, known: Sequence[World]) -> list[bool | None]:
@@ -153,17 +163,17 @@ def _values(metric: Metric, records: EpisodeRecords) -> list[int | float | None]
 def _overrun(step: Step) -> Floats:
     """Return how far past its line the ego would come to rest, [B]; NaN but where it has just crossed that."""
     crossed: Flags = step.running & (step.results.outcomes == int(Outcome.NOT_STOP))
-    found = np.full(len(crossed), np.nan)
+    found, friction = np.full(len(crossed), np.nan), step.simulator.friction
     for row in np.flatnonzero(crossed):
         position, speed, _ = step.simulator.vehicles(int(row))[step.slots[0]]
         past = position - step.simulator.lines[row]
-        found[row] = max(float(past), 0.0) + speed * speed / (2.0 * full_brake(step.simulator.scenario))
+        found[row] = max(float(past), 0.0) + speed * speed / (2.0 * full_brake(step.simulator.scenario, friction[row]))
     return found
 
 
-def full_brake(scenario: Scenario) -> float:
-    """Return the hardest deceleration that the ego's levels and the road allow, in m/s^2."""
-    return float(min(-scenario.vehicle.levels[0], scenario.road.friction * GRAVITY))
+def full_brake(scenario: Scenario, friction: float) -> float:
+    """Return the hardest deceleration that the ego's levels and a road of this friction allow, in m/s^2."""
+    return float(min(-scenario.vehicle.levels[0], friction * GRAVITY))
 
 
 OVERRUN = Metric(

@@ -105,6 +105,7 @@ def _of_episodes(run: Run) -> Iterator[dict[str, Any]]:
             "episode": index,
             "outcome": Outcome(int(run.outcome[index])).name.lower(),
             "profiles": profiles_of(world),
+            "friction": world.friction,
         }
 
 

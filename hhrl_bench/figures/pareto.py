@@ -20,7 +20,7 @@ from hhrl_envs import get_scenario
 from hhrl_envs.arrays import Floats
 
 _SIZE, _MARGIN, _LETTERS = 7.0, 0.12, 46
-_UNDER = f"filled: success of {THRESHOLD:.0%} or more; line: those of them that none beats\nthin lines: 95% intervals"
+_UNDER = f"filled: success of {THRESHOLD:.0%} or more; line: those that no rival beats\nthin lines: 95% intervals"
 
 
 def save_pareto(board: LeaderboardRecord, folder: Path) -> list[Path]:
@@ -59,6 +59,7 @@ class Place(NamedTuple):
     time: Floats
     unsmooth: Floats
     succeeds: bool
+    is_oracle: bool
 
     @property
     def point(self) -> Floats:
@@ -80,7 +81,8 @@ def _dt(board: LeaderboardRecord, task: str) -> float:
 def _place(result: ResultRecord, dt: float) -> Place:
     metrics = result.metrics
     succeeds = (metrics.success.mean or 0.0) >= THRESHOLD
-    return Place(result.agent, dt * _numbers(metrics.steps), _numbers(metrics.unsmooth), succeeds)
+    time, unsmooth = dt * _numbers(metrics.steps), _numbers(metrics.unsmooth)
+    return Place(result.agent, time, unsmooth, succeeds, is_oracle=result.kind == "oracle")
 
 
 def _numbers(metric: MetricRecord) -> Floats:
@@ -89,7 +91,8 @@ def _numbers(metric: MetricRecord) -> Floats:
 
 def _draw_task(axes: Axes, places: Sequence[Place], known: Mapping[str, Look]) -> None:
     points = np.array([place.point for place in places if place.succeeds]).reshape(-1, 2)
-    front = points[non_dominated(points)]
+    rivals = np.array([place.point for place in places if place.succeeds and not place.is_oracle]).reshape(-1, 2)
+    front = rivals[non_dominated(rivals)]
     axes.plot(*front[np.argsort(front[:, 0])].T, color=Palette.PALE, zorder=1)
     shown = points if len(points) else np.array([place.point for place in places])
     low, high = shown.min(axis=0), shown.max(axis=0)

@@ -3,17 +3,19 @@
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
+import numpy as np
 from pydantic import AfterValidator, Field, JsonValue, ValidationError, model_validator
 
 from hhrl_bench.errors import RecordError
 from hhrl_bench.evaluation.evidence import read_evidence
-from hhrl_bench.evaluation.metrics import Metric, compared
+from hhrl_bench.evaluation.metrics import HEADLINE, METRICS, compared
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.comparisons import PairwiseRecord, Runs, against, compare, draws
 from hhrl_bench.leaderboard.efficiency import EfficiencyRecord, efficiency
+from hhrl_bench.leaderboard.sensitivity import SensitivityRecord, rescored, sensitivity
 from hhrl_bench.provenance import ProvenanceRecord
 from hhrl_bench.schema import FIRST, MAX_RESULTS, Count, Name, Rate, Record, Sha256, Stem, first_problem
 from hhrl_bench.statistics.intervals import generator
@@ -31,11 +33,14 @@ MAX_RESULT_EPISODES = 100_000
 """Episodes of all runs of a result, whose records are held together while it is checked."""
 
 MAX_RESAMPLED = 2_000_000
-"""Episodes that intervals resample: of a single run `TIMES` times, and of every two single runs on a task once."""
+"""Episodes that intervals resample: those of a single run for every metric that is no rate, and those of every two
+single runs on a task for every metric that is compared."""
 
-TIMES = 10
-"""Metrics of a result that have an interval, about."""
+MAX_PAIRS = 1_000_000
+"""Pairs of runs of every two results on a task, for every metric that is compared, of which is counted who has more."""
 
+MAX_CURVES = 10_000
+"""Learning curves of all seeds of trainings and of the arms of transfers, whose numbers are resampled."""
 
 MAX_SETTINGS = 2**16
 """Letters of all settings of a method."""
@@ -60,7 +65,8 @@ class LeaderboardRecord(Record):
 
     A result of an arm has the method and the arm as its agent. ``methods``: those that runs were trained by.
     ``checkpoints_published``: whether the checkpoints lie beside the file; if not, the command trains them again.
-    ``comparisons``: of the success of every two agents on a task. ``trainings``: how the episodes of trainings ended;
+    ``comparisons``: of every two agents on a task; ``sensitivity``: of the ranking by score to the score's weights.
+    ``trainings``: how the episodes of trainings ended;
     ``efficiency``: the env steps that each of them needs; ``trainings_sha256``: their digests, as nothing else in the
     entry could tell whether a number of a curve has been changed.
     """
@@ -70,10 +76,11 @@ class LeaderboardRecord(Record):
     confidence: Rate
     bootstrap_seed: Count
     tasks: Annotated[tuple[TaskRecord, ...], FIRST, Field(min_length=1, max_length=100)]
-    results: Annotated[tuple[ResultRecord, ...], FIRST, Field(max_length=MAX_RESULTS)]
+    results: Annotated[tuple[ResultRecord, ...], FIRST, Field(min_length=1, max_length=MAX_RESULTS)]
     checkpoints_published: bool = True
     methods: Annotated[tuple[MethodRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()
     comparisons: Annotated[tuple[PairwiseRecord, ...], FIRST] = ()
+    sensitivity: Annotated[tuple[SensitivityRecord, ...], FIRST] = ()
     transfer: TransferSetRecord | None = None
     trainings: Annotated[tuple[TrainingOutcomesRecord, ...], FIRST, Field(max_length=MAX_RESULTS)] = ()
     trainings_sha256: Annotated[tuple[Sha256, ...], FIRST] = ()
@@ -126,9 +133,23 @@ class LeaderboardRecord(Record):
                 f"{MAX_RESAMPLED:,} can be published; publish fewer such results, or fewer episodes"
             )
 
+        paired = len(compared()) * sum(
+            len(one.runs) * len(other.runs) for task in self.tasks for one, other in combinations(self.on(task), 2)
+        )
+        if paired > MAX_PAIRS:
+            raise ValueError(
+                f"every two results on a task have {paired:,} pairs of runs in all; publish at most {MAX_PAIRS:,}"
+            )
+
+        arms = self.transfer.rows if self.transfer else ()
+        curves = sum(len(one.seeds) for one in self.trainings) + sum(len(one.seeds) for one in arms)
+        if curves > MAX_CURVES:
+            raise ValueError(f"trainings and arms have {curves:,} learning curves; publish at most {MAX_CURVES:,}")
+
     def _resamplings(self, task: TaskRecord) -> int:
         single = sum(len(result.runs) == 1 for result in self.on(task))
-        return TIMES * single + single * (single - 1) // 2
+        means = sum(not metric.is_rate for metric in METRICS.values())
+        return means * single + len(compared()) * single * (single - 1) // 2
 
     def _require(self, what: str, names: Sequence[tuple[str, str]]) -> None:
         known = [task.id for task in self.tasks]
@@ -153,31 +174,62 @@ def derived_fields(
     hashes = dict.fromkeys(run.checkpoint_sha256 for run in runs if run.checkpoint_sha256 and checkpoints)
     return {
         "methods": method_records(map(store.checkpoint_metadata, hashes)),
-        "comparisons": tuple(_comparisons(results, store)),
+        **_of_episodes(results, store),
         "trainings_sha256": tuple(training.digest() for training in trainings),
         "efficiency": tuple(efficiency(one, generator(f"{one.method} on {one.task}")) for one in trainings),
     }
 
 
-def _comparisons(results: Sequence[ResultRecord], store: Store) -> Iterator[PairwiseRecord]:
-    """Yield the comparison of every two results on a task, in their order, by every metric that is compared."""
-    metrics = [metric for metric in compared() if all(metric.key in result.metrics for result in results)]
-    runs = [_runs(result, metrics, store) for result in results]
-    for (result, a), (other, b) in combinations(zip(results, runs, strict=True), 2):
-        if result.task == other.task:
-            for metric in metrics:
-                rng = draws(result.agent, other.agent, result.task, metric.key)
-                yield compare(a[metric.key], b[metric.key], result.task, metric.key, rng)
+class _Played(NamedTuple):
+    """What is compared of a result's episodes: the metrics by their keys, and the scores by all weights, if any."""
+
+    runs: Mapping[str, Runs]
+    scores: Sequence[float] | None
 
 
-def _runs(result: ResultRecord, metrics: Sequence[Metric], store: Store) -> dict[str, Runs]:
-    """Return the values of every metric in the episodes of a result's runs."""
-    values: dict[str, list[Floats]] = {metric.key: [] for metric in metrics}
+def _of_episodes(results: Sequence[ResultRecord], store: Store) -> dict[str, Any]:
+    """Return the fields that compare the results on a task by what happened in their episodes."""
+    played = [_played(result, store) for result in results]
+    return {
+        "comparisons": tuple(_comparisons(results, [one.runs for one in played])),
+        "sensitivity": tuple(_sensitivity(results, [one.scores for one in played])),
+    }
+
+
+def _played(result: ResultRecord, store: Store) -> _Played:
+    """Return the same of the runs of a result, whose evidence is read and dropped again run by run."""
+    values: dict[str, list[Floats]] = {metric.key: [] for metric in compared() if metric.key in result.metrics}
+    scores: list[Sequence[float]] = []
     for run in result.runs:
         evidence = read_evidence(run, store)
-        for metric in metrics:
-            values[metric.key].append(metric.values(evidence))
-    return {key: Runs(result.agent, of_runs) for key, of_runs in values.items()}
+        for key, of_runs in values.items():
+            of_runs.append(METRICS[key].values(evidence))
+        if HEADLINE in result.metrics:
+            scores.append(rescored(evidence))
+    runs = {key: Runs(result.agent, of_runs) for key, of_runs in values.items()}
+    return _Played(runs, np.mean(scores, axis=0).tolist() if scores else None)
+
+
+def _comparisons(results: Sequence[ResultRecord], runs: Sequence[Mapping[str, Runs]]) -> Iterator[PairwiseRecord]:
+    """Yield the comparison of every two results on a task, in their order, by every metric that both have."""
+    for (result, a), (other, b) in combinations(zip(results, runs, strict=True), 2):
+        if result.task == other.task:
+            for key in (key for key in a if key in b):
+                rng = draws(result.agent, other.agent, result.task, key)
+                yield compare(a[key], b[key], result.task, key, rng)
+
+
+def _sensitivity(
+    results: Sequence[ResultRecord], scores: Sequence[Sequence[float] | None]
+) -> Iterator[SensitivityRecord]:
+    """Yield what the weights of the score change in the ranking of each task on which there are several agents."""
+    by_task: dict[str, list[Sequence[float]]] = {}
+    for result, own in zip(results, scores, strict=True):
+        if own is not None and result.kind != "oracle":
+            by_task.setdefault(result.task, []).append(own)
+    for task, of_agents in by_task.items():
+        if len(of_agents) > 1:
+            yield from sensitivity(task, of_agents)
 
 
 def method_records(metadata: Iterable[Mapping[str, Any]]) -> tuple[MethodRecord, ...]:
@@ -197,17 +249,22 @@ def _record(metadata: Mapping[str, Any]) -> MethodRecord:
         raise RecordError(f"a checkpoint says of its method what cannot be: {first_problem(error)}") from error
 
 
-def success(result: ResultRecord) -> float:
-    """Return how often a result succeeds, from 0 to 1."""
-    return result.metrics.success.mean or 0.0
+def standing(result: ResultRecord) -> tuple[bool, bool, float]:
+    """Return what a result is ranked by; the greater one is better.
+
+    It is the score, from 0 to 1, or how often it succeeds where there is no score: those without a score come behind
+    those with one, and an oracle, which is not ranked, behind all.
+    """
+    score: float | None = getattr(result.metrics.get(HEADLINE), "mean", None)
+    return result.kind != "oracle", score is not None, (result.metrics.success.mean or 0.0) if score is None else score
 
 
 def compared_to_best(board: LeaderboardRecord, task: TaskRecord) -> list[PairwiseRecord]:
-    """Return the comparisons of every other agent to the most successful one of a task, in the order of the results.
+    """Return the comparisons of every other agent to the best one of a task, in the order of the results.
 
-    An oracle is no rival: it is never the most successful one.
+    An oracle is no rival: it is never the best one.
     """
-    results = [result for result in board.on(task) if result.kind != "oracle"]
-    if not results:
+    best = max(board.on(task), key=standing, default=None)
+    if best is None or best.kind == "oracle":
         return []
-    return against(max(results, key=success).agent, (one for one in board.comparisons if one.task == task.id))
+    return against(best.agent, (one for one in board.comparisons if one.task == task.id))

@@ -12,15 +12,14 @@ from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import TaskRecord
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.figures.leaderboard import save_leaderboard_figures
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
-from hhrl_bench.tables.comparisons import comparison_table
+from hhrl_bench.tables.comparisons import comparison_tables
 from hhrl_bench.tables.learning import OUTCOMES_TITLE, efficiency_table, outcome_tables
-from hhrl_bench.tables.results import results_table, runs_table, worst_cases_table
+from hhrl_bench.tables.results import further_tables, results_table, runs_table, sensitivity_tables
 from hhrl_bench.tables.success import spans_tasks, success_table
 from hhrl_bench.tables.table import Table, joined
 from hhrl_bench.tables.transfers import transfer_tables
@@ -73,9 +72,10 @@ def html(board: LeaderboardRecord, store: Store, update: Update = silent) -> str
 
 
 def _section(board: LeaderboardRecord, task: TaskRecord) -> TaskSection:
-    results, compared = board.on(task), compared_to_best(board, task)
-    shown = [results_table(task, results, seeds=True), worst_cases_table(task, results)]
-    shown += [comparison_table(compared, [METRICS["success"]])] if compared else []
+    results = board.on(task)
+    shown = [results_table(task, results, seeds=True), *further_tables(task, results)]
+    shown += sensitivity_tables(board.sensitivity, task)
+    shown += comparison_tables(compared_to_best(board, task))
     return TaskSection(task, tuple(shown), runs_table(results))
 
 

@@ -34,7 +34,7 @@ from hhrl_bench.suites.units import Evaluation, Training
 from hhrl_bench.tables.markdown import suite_page
 from hhrl_bench.tasks.tasks import registered_task
 from hhrl_bench.text import looks_like
-from hhrl_bench.verification.identity import named, shipped
+from hhrl_bench.verification.identity import named, rounded, shipped
 from hhrl_bench.verification.verify import reached
 from hhrl_envs.errors import InputError
 
@@ -184,8 +184,23 @@ def check_suite(name: str, board: LeaderboardRecord) -> Iterator[Finding]:
         if near is not None and near != name:
             raise RecordError(f"{name} looks like {near}; call it otherwise")
         require_of_suite(board)
+        if name == board.suite:
+            _require_whole(board)
     except InputError as error:
         yield Finding("suite", str(error))
+
+
+def _require_whole(board: LeaderboardRecord) -> None:
+    """Refuse an entry under the name of its suite that has other rows or curves than the suite makes."""
+    own = suites.get_suite(board.suite)
+    rows = {(unit.agent, unit.task.id) for unit in _units(own)}
+    _require_equal("rows", {(result.agent, result.task) for result in board.results}, rows, own.id)
+    trainings = {(one.agent, one.task.id) for one in own.curves(Path()).trainings}
+    _require_equal("curves", {(one.method, one.task) for one in board.trainings}, trainings, own.id)
+
+
+def _units(suite: suites.Suite) -> list[Evaluation | Training]:
+    return [unit for stage in suite.stages(Path()) for unit in stage if isinstance(unit, Evaluation | Training)]
 
 
 def require_of_suite(board: LeaderboardRecord) -> None:
@@ -204,9 +219,14 @@ def require_of_suite(board: LeaderboardRecord) -> None:
     _require_equal("episodes", {task.episodes for task in board.tasks}, {own.episodes}, own.id)
     opponents = [task.opponent and task.opponent.agent for task in board.tasks]
     _require_equal("opponents", opponents, [registered_task(task).opponent for task in own.tasks], own.id)
-    if board.transfer and not own.curves(Path()).transfers:
+    transfers = {one.target.id: one for one in own.curves(Path()).transfers}
+    if board.transfer and not transfers:
         raise RecordError(f"it has a transfer, and suite {own.id} has none; publish the checkpoints")
-    units = [unit for stage in own.stages(Path()) for unit in stage if isinstance(unit, Evaluation | Training)]
+    for arm in board.transfer.rows if board.transfer else ():
+        wanted = transfers[arm.target].env_steps if arm.target in transfers else 0
+        what = f"env steps of {arm.method} {arm.arm} on {arm.target}"
+        _require_equal(what, arm.budget, rounded(wanted, arm.method), own.id)
+    units = _units(own)
     own_tasks: dict[str, set[str]] = {}
     for unit in units:
         own_tasks.setdefault(unit.agent, set()).add(unit.task.id)
@@ -216,16 +236,25 @@ def require_of_suite(board: LeaderboardRecord) -> None:
             said = "every agent of an entry is scored on all tasks of its suite"
             raise RecordError(f"the entry lacks {agent} on {missing[0]}; {said}")
     seeds = {(unit.agent, unit.task.id): unit.seeds for unit in units if isinstance(unit, Training)}
+    with_curves = {(one.agent, one.task.id) for one in own.curves(Path()).trainings}
+    curves = {(one.method, one.task) for one in board.trainings}
     for result in board.results:
-        _require_known(result, seeds.get((result.agent, result.task)), own.id)
+        row = result.agent, result.task
+        trained = seeds.get(row) if row in curves or row not in with_curves else None
+        _require_known(result, trained, own.id)
 
 
 def _require_known(result: ResultRecord, seeds: tuple[int, ...] | None, suite: str) -> None:
-    """Refuse a row of a registered method that is neither trained in its suite nor the one of the package."""
+    """Refuse a row of a registered method that is neither trained in its suite nor the one of the package.
+
+    seeds: those that the suite trains there, if the entry has what else such a training leaves; None: it trains none.
+    """
     says = named(result.agent, result.kind)
-    if says.method is None or tuple(sorted((*result.seeds, *result.failed_seeds))) == seeds:
+    there = all(run.training is not None and run.training.task == result.task for run in result.runs)
+    if says.method is None or (there and tuple(sorted((*result.seeds, *result.failed_seeds))) == seeds):
         return
-    if says.arm is not None or [run.checkpoint_sha256 for run in result.runs] != shipped(says.method):
+    whole = [run.checkpoint_sha256 for run in result.runs] == shipped(says.method) and not result.failed_seeds
+    if says.arm is not None or not whole:
         raise RecordError(
             f"{result.agent} on {result.task} is neither what comes with the package nor trained by suite {suite}; "
             "publish it under another name"

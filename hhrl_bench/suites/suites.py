@@ -166,28 +166,30 @@ def _source(folder: Path, method: str) -> Path:
 
 
 _SEEDS = tuple(range(10))
+_STRONG = ("rule-plus", "rule-tuned", "rule-robust")
+_RULES = ("rule-1", "rule-2", "rule-3", "rule-4", *_STRONG, "oracle")
 _REUSED = ("ddqn", "hybrid-hrl", "hybrid-hrl-plus")
 _PAPERS = ("ddqn", "hrl-0", "hrl-1", "hrl-2", "hrl-3", "hybrid-hrl")
 _METHODS = ("ddqn", "ddqn-plus", "hybrid-hrl", "hybrid-hrl-plus", "pqn")
 _TASKS = (
     "stop-line-v0",
     "stop-line-paper-v0",
-    "stop-line-dense-v0",
-    "stop-line-erratic-v0",
-    "stop-line-wet-v0",
-    "stop-line-noisy-v0",
+    "stop-line-dense-v1",
+    "stop-line-erratic-v1",
+    "stop-line-wet-v1",
+    "stop-line-noisy-v1",
 )
 
 _DECLARED: tuple[Suite, ...] = (
     ScoreSuite(
         "quick",
-        agents=("rule-1", "rule-2", "rule-3", "rule-4", "rule-plus", "ddqn", "hybrid-hrl", "hybrid-hrl-plus"),
+        agents=(*_RULES, "ddqn", "hybrid-hrl", "hybrid-hrl-plus"),
         tasks=("stop-line-v0", "stop-line-paper-v0"),
         episodes=1000,
     ),
     ScoreSuite(
         "robustness",
-        agents=("rule-3", "rule-4", "rule-plus", "ddqn", "hybrid-hrl", "hybrid-hrl-plus"),
+        agents=("rule-3", "rule-4", *_STRONG, "ddqn", "hybrid-hrl", "hybrid-hrl-plus"),
         tasks=("stop-line-v0", "stop-line-heldout-v0", "adversary-v0"),
         episodes=1000,
     ),
@@ -211,7 +213,7 @@ _DECLARED: tuple[Suite, ...] = (
         "transfer-shifts",
         agents=_REUSED,
         source="stop-line-v0",
-        targets=("stop-line-heldout-v0", "stop-line-wet-v0", "stop-line-noisy-v0", "stop-line-dense-v0"),
+        targets=("stop-line-heldout-v0", "stop-line-wet-v1", "stop-line-noisy-v1", "stop-line-dense-v1"),
         seeds=_SEEDS,
         env_steps=50_000,
         episodes=250,
@@ -238,7 +240,7 @@ _DECLARED: tuple[Suite, ...] = (
         pairs=tuple((method, task) for task in _TASKS for method in _METHODS),
         seeds=_SEEDS,
         episodes=250,
-        untrained=("rule-1", "rule-2", "rule-3", "rule-4", "rule-plus"),
+        untrained=_RULES,
     ),
 )
 

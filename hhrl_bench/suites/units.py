@@ -128,7 +128,7 @@ class Training:
     def run(self, update: Update = silent) -> TimedResult:
         """Return the result of the chosen checkpoints."""
         path = self.folder / OUTCOME_FILE.format(self.episodes)
-        return keep_outcome(path, self._score, str(self.folder), self.task, self.store)
+        return keep_outcome(path, self._score, self.agent, self.task, self.store, source=str(self.folder))
 
     def _score(self) -> TimedResult:
         started = time.perf_counter()
@@ -188,17 +188,20 @@ class OutcomeRecord(Record):
     outcome: TimedResult
 
 
-def keep_outcome(path: Path, make: Callable[[], TimedResult], agent: str, task: Task, store: Store) -> TimedResult:
+def keep_outcome(
+    path: Path, make: Callable[[], TimedResult], agent: str, task: Task, store: Store, source: str | None = None
+) -> TimedResult:
     """Return the outcome in a file, or the one that ``make`` makes anew, which is then written there.
 
     It is made anew where there is none, where it was made by other code or in a scenario that has changed, where
     ``agent`` has other checkpoints now, and where the store lacks some of its files or holds damaged ones. An agent
-    that is the user's own code is always scored anew.
+    that is the user's own code is always scored anew. The checkpoints are those of ``source``, if the agent is another
+    one's name.
     """
     made_by = {"code_sha256": code_sha256(), "spec_hash": get_scenario(task.scenario).spec_hash}
     known = _read(path)
     is_same = known is not None and known.model_dump(include=set(made_by)) == made_by
-    if known and is_same and _still_holds(known.outcome.result, agent, task, store):
+    if known and is_same and _still_holds(known.outcome.result, agent, source or agent, task, store):
         return known.outcome
     outcome = make()
     record = OutcomeRecord(**made_by, outcome=outcome)
@@ -213,10 +216,10 @@ def _read(path: Path) -> OutcomeRecord | None:
         return None
 
 
-def _still_holds(result: ResultRecord, agent: str, task: Task, store: Store) -> bool:
-    if result.kind == "factory" or result.task != task.id:
+def _still_holds(result: ResultRecord, agent: str, source: str, task: Task, store: Store) -> bool:
+    if result.kind == "factory" or (result.agent, result.task, result.option) != (agent, task.id, None):
         return False
-    loaded = load_agents(agent, get_scenario(task.scenario))
+    loaded = load_agents(source, get_scenario(task.scenario))
     return (
         all(one.kind == result.kind for one in loaded)
         and [one.sha256 for one in loaded] == [run.checkpoint_sha256 for run in result.runs]

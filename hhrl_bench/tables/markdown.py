@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.records import ResultRecord, TaskRecord
-from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best, success
-from hhrl_bench.tables.comparisons import comparison_table
+from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best, standing
+from hhrl_bench.tables.comparisons import comparison_tables
 from hhrl_bench.tables.learning import efficiency_table
-from hhrl_bench.tables.results import results_table, worst_cases_table
+from hhrl_bench.tables.results import further_tables, results_table, sensitivity_tables
 from hhrl_bench.tables.success import results_by_row, spans_tasks, success_table
 from hhrl_bench.tables.table import Cell, Column, Row, Table
 from hhrl_bench.tables.transfers import transfer_tables
@@ -29,7 +29,7 @@ class Scored(NamedTuple):
 def suite_page(boards: Mapping[str, LeaderboardRecord]) -> str:
     """Return a page with the tables of leaderboards by the names of their entries, all of one suite.
 
-    Rows of all entries stand in one table a task, the most successful first; only what was played in equal worlds is
+    Rows of all entries stand in one table a task, the best first; only what was played in equal worlds is
     put together. Equal leaderboards give equal text.
     """
     suites = " and ".join(dict.fromkeys(board.suite for board in boards.values()))
@@ -86,17 +86,19 @@ def _overview(tasks: Sequence[TaskRecord], boards: Mapping[str, LeaderboardRecor
 def _task(task: TaskRecord, boards: Mapping[str, LeaderboardRecord]) -> Iterator[str]:
     """Yield the blocks of one task."""
     scored = [Scored(name, one) for name, board in boards.items() if task in board.tasks for one in board.on(task)]
-    scored.sort(key=lambda one: -success(one.result))
+    scored.sort(key=lambda one: standing(one.result), reverse=True)
     results, entries = [one.result for one in scored], [one.entry for one in scored]
     last = task.test_start + task.episodes - 1
     yield f"## {plain(task.id)}"
     yield f"{task.episodes:,} test episodes, the worlds of seeds {task.test_start} to {last}."
     bounded = _bounded(results_table(task, results, seeds=True), METRICS["success"].heading)
-    for table in (bounded, worst_cases_table(task, results)):
+    for table in (bounded, *further_tables(task, results)):
         yield from markdown_table(_marked(table, entries), "###")
     for name, board in boards.items():
-        if task in board.tasks and (compared := compared_to_best(board, task)):
-            yield from markdown_table(comparison_table(compared, [METRICS["success"]]), "###", name)
+        if task in board.tasks:
+            compared = comparison_tables(compared_to_best(board, task))
+            for table in (*sensitivity_tables(board.sensitivity, task), *compared):
+                yield from markdown_table(table, "###", name)
 
 
 def _learning(name: str, board: LeaderboardRecord) -> Iterator[str]:

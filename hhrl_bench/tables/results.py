@@ -3,8 +3,9 @@
 from collections.abc import Iterator, Sequence
 
 from hhrl_bench import paper_table
-from hhrl_bench.evaluation.metrics import METRICS, Metric, columns
+from hhrl_bench.evaluation.metrics import HEADLINE, METRICS, Metric, columns
 from hhrl_bench.evaluation.records import ResultRecord, RunRecord, TaskRecord
+from hhrl_bench.leaderboard.sensitivity import SensitivityRecord
 from hhrl_bench.paper_table import CASES, PaperRow
 from hhrl_bench.statistics.intervals import wilson
 from hhrl_bench.tables.success import held, row_name
@@ -98,11 +99,11 @@ def _notes(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Note]:
 
 
 def _columns(metrics: Sequence[Metric]) -> tuple[Column, ...]:
-    """Return the columns of metrics; those of Table I are kept longest, of them the last ones."""
+    """Return the columns of metrics; the score is kept longest, then those of Table I, of them the last ones."""
     return tuple(
         Column(
             metric.heading,
-            priority=i if metric.key in PaperRow._fields else -i,
+            priority=i if metric.key in {*PaperRow._fields, HEADLINE} else -i,
             wide=unbroken(metric.heading),
             narrow=metric.heading.replace(" ", "\n"),
         )
@@ -159,8 +160,8 @@ def _of_agent(task: TaskRecord, result: ResultRecord) -> Iterator[str]:
     """
     if result.kind == "oracle":
         yield (
-            f"{result.agent} knows how the traffic will drive and takes the quickest way: it shows what success and "
-            "how few steps are possible, and is no rival."
+            f"{result.agent} knows how the traffic will drive. It goes the quickest way that is comfortable and keeps "
+            "the gap d_0, where there is one: it shows what is possible, and is no rival."
         )
     if result.kind == "factory":
         yield f"{result.agent} is a user's own code: to verify it, its decisions are replayed, not made again."
@@ -192,6 +193,57 @@ def worst_cases_table(task: TaskRecord, results: Sequence[ResultRecord]) -> Tabl
         tuple(map(Note, WORST_CASES)),
         full_title=f"Worst cases on {task.id}, {task.episodes:,} test episodes",
     )
+
+
+SCORE = (
+    "Score: 0 without success, else progress times the mean of comfort and margin.",
+    "Progress: the fewest steps, found by the oracle, over those taken.",
+    "Comfort and margin: the shares of steps within the bounds.",
+)
+
+
+def further_tables(task: TaskRecord, results: Sequence[ResultRecord]) -> list[Table]:
+    """Return what the scores are made of, where there are some, and the worst cases."""
+    scores = [score_table(task, results)] if any(HEADLINE in one.metrics for one in results) else []
+    return [*scores, worst_cases_table(task, results)]
+
+
+def score_table(task: TaskRecord, results: Sequence[ResultRecord]) -> Table:
+    """Return the score of every result and what it is made of."""
+    metrics = [METRICS[HEADLINE], *reversed(columns("score"))]
+    return Table(
+        "Score",
+        "agent",
+        tuple(Column(metric.heading, -i) for i, metric in enumerate(metrics)),
+        (Group("", tuple(Row(result.agent, tuple(_measured(metrics, result)), held(result)) for result in results)),),
+        tuple(map(Note, SCORE)),
+        full_title=f"Score on {task.id}, {task.episodes:,} test episodes",
+    )
+
+
+def sensitivity_tables(records: Sequence[SensitivityRecord], task: TaskRecord) -> list[Table]:
+    """Return what moving a weight of the score changes in the ranking on a task; no table where nothing is ranked."""
+    own = [one for one in records if one.task == task.id]
+    if not own:
+        return []
+    factors = list(dict.fromkeys(one.factor for one in own))
+    found = {(one.part, one.factor): one.rank_correlation for one in own}
+    rows = (
+        Row(part, tuple(Cell(None if (one := found[part, by]) is None else f"{one:.3f}") for by in factors))
+        for part in dict.fromkeys(one.part for one in own)
+    )
+    known = [one for one in found.values() if one is not None]
+    least = [Note(f"The lowest of these rank correlations is {min(known):.3f}.")] if known else []
+    return [
+        Table(
+            "Sensitivity to the weights of the score",
+            "weight of",
+            tuple(Column(f"times {factor:g}", -i) for i, factor in enumerate(factors)),
+            (Group("", tuple(rows)),),
+            (Note(f"Rank correlation (Spearman) with the ranking by score, of {own[0].agents} agents."), *least),
+            full_title=f"Sensitivity to the weights of the score on {task.id}",
+        )
+    ]
 
 
 def worst_run(result: ResultRecord) -> RunRecord:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal, NamedTuple
 
-from hhrl_bench.evaluation.metrics import Metric
+from hhrl_bench.evaluation.metrics import HEADLINE, Metric
 from hhrl_bench.evaluation.records import MetricRecord
 from hhrl_bench.text import NAME_WIDTH, NONE
 
@@ -139,8 +139,8 @@ def unbroken(heading: str) -> str:
 
 
 def by_importance(metrics: Iterable[Metric]) -> list[Metric]:
-    """Return metrics, those first that narrow tables keep longest: success, other rates, what all agents have."""
-    return sorted(metrics, key=lambda one: (one.key != "success", not one.is_rate, one.nullable))
+    """Return metrics, those first that narrow tables keep longest: score, success, other rates, what all have."""
+    return sorted(metrics, key=lambda one: (one.key != HEADLINE, one.key != "success", not one.is_rate, one.nullable))
 
 
 def metric_text(metric: Metric, value: float, sign: Literal["", "+"] = "") -> str:

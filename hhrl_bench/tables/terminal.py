@@ -13,7 +13,7 @@ from rich.text import Text
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
 from hhrl_bench.tables.comparisons import comparison_tables
 from hhrl_bench.tables.learning import efficiency_table, outcome_tables
-from hhrl_bench.tables.results import results_table, worst_cases_table
+from hhrl_bench.tables.results import further_tables, results_table, sensitivity_tables
 from hhrl_bench.tables.success import spans_tasks, success_table
 from hhrl_bench.tables.table import Cell, Note, Row, Table
 from hhrl_bench.tables.transfers import transfer_tables
@@ -25,7 +25,8 @@ BOUNDLESS = 1000
 def print_leaderboard(console: Console, board: LeaderboardRecord, *, details: bool = False) -> None:
     """Print the results of every task, what agents do across tasks, transfers and trainings.
 
-    With ``details`` also the worst cases, how far every agent is from the best, and how soon methods succeed.
+    With ``details`` also what scores are made of, the worst cases, how far every agent is from the best, and how soon
+    methods succeed.
     """
     for task in board.tasks:
         print_table(console, results_table(task, board.on(task)))
@@ -33,8 +34,14 @@ def print_leaderboard(console: Console, board: LeaderboardRecord, *, details: bo
         console.print()
         print_table(console, success_table(board.tasks, [board]))
     if details:
-        console.print()
-        print_tables(console, [worst_cases_table(task, board.on(task)) for task in board.tasks])
+        tables = [
+            table
+            for task in board.tasks
+            for table in (*further_tables(task, board.on(task)), *sensitivity_tables(board.sensitivity, task))
+        ]
+        for title in dict.fromkeys(table.title for table in tables):
+            console.print()
+            print_tables(console, [table for table in tables if table.title == title])
     if details and (compared := [one for task in board.tasks for one in compared_to_best(board, task)]):
         console.print()
         print_tables(console, comparison_tables(compared))

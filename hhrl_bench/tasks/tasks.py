@@ -10,7 +10,7 @@ from hhrl_bench.tasks.own import add_own, find_own
 from hhrl_bench.tasks.seeds import SeedRange, consecutive_ranges
 from hhrl_bench.text import meant
 from hhrl_envs import SCENARIOS, Scenario, get_scenario
-from hhrl_envs.scenario.registry import add_scenario
+from hhrl_envs.scenario.registry import SUMMARIES, SUPERSEDED, add_scenario
 
 TRAIN, VALIDATION, TEST = consecutive_ranges("train", "validation", "test")
 
@@ -110,6 +110,14 @@ def _task_of(scenario: Scenario) -> Task:
 
 TASKS: Mapping[str, Task] = _Tasks()
 """Every registered scenario as a task of the same id, and `option-only-v0`, whose action level is given."""
+
+
+def summary_of(task: Task) -> str:
+    """Return what is special in a task, in a few words; empty where nobody has said it."""
+    said = "the action level is given; " if task.given_actions else ""
+    summary = said + SUMMARIES.get(task.scenario, "")
+    newer = SUPERSEDED.get(task.scenario)
+    return f"superseded by {newer}: {summary}" if newer else summary
 
 
 AnyTask = str | Path | Scenario | Task

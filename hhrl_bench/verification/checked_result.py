@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from hhrl_agents import METHODS, RULES
 from hhrl_bench.errors import AgentError, RecordError
 from hhrl_bench.evaluation.episodes import EpisodeRecords, TrafficRecords
-from hhrl_bench.evaluation.evidence import Evidence, unpack
+from hhrl_bench.evaluation.evidence import Evidence, pack, unpack
 from hhrl_bench.evaluation.loading import training_record
-from hhrl_bench.evaluation.metrics import Metric, means
+from hhrl_bench.evaluation.metrics import BUILT_IN, Metric, known_metrics, means
 from hhrl_bench.evaluation.paired_evaluation import ScoredEpisodes
 from hhrl_bench.evaluation.records import MetricsRecord, ResultRecord, RunMetricsRecord, RunRecord, TaskRecord
 from hhrl_bench.evaluation.replay import replay
@@ -27,7 +27,7 @@ from hhrl_bench.evaluation.results import (
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
-from hhrl_bench.schema import Record
+from hhrl_bench.schema import Record, sha256_of
 from hhrl_bench.tasks.tasks import SCRIPTED, Task, registered_task
 from hhrl_bench.verification.identity import playable
 from hhrl_envs import get_scenario
@@ -80,8 +80,11 @@ class CheckedResult:
         """The worlds that were played."""
         return self.task.test.take(self.task_record.episodes)
 
-    def recompute(self) -> Iterator[Finding]:
-        """Return what differs from the whole numbers of the evidence, from the checkpoints, and within the result."""
+    def recompute(self, *, replayed: bool = False) -> Iterator[Finding]:
+        """Return what differs from the whole numbers of the evidence, from the checkpoints, and within the result.
+
+        Its intervals are left to `replay` if it is ``replayed`` too: they take longest, and are resampled once.
+        """
         for place, run in self.runs():
             try:
                 self.known.append(self.read(run).records(self.seeds))
@@ -95,7 +98,8 @@ class CheckedResult:
         for (place, run), records in zip(self.runs(), known, strict=True):
             yield from _of_whole_numbers(f"{place}.metrics", run.metrics, records)
             yield from _differ(f"{place}.traffic", run.traffic, count_traffic(records))
-        yield from self._check_metrics(known)
+        if not replayed:
+            yield from self._check_metrics(known)
         yield from _differ(f"{self.place}.traffic", self.result.traffic, summarise_traffic(known))
 
     def replay(self) -> Iterator[Finding]:
@@ -111,15 +115,16 @@ class CheckedResult:
             except RecordError as error:
                 yield Finding(f"{self.place}.runs", str(error))
                 return
-            for (place, _), kept, one in zip(runs, evidence, replayed, strict=True):
-                yield from self._of_decisions(f"{place}.evidence_sha256", kept, one)
+            for (place, run), kept, one in zip(runs, evidence, replayed, strict=True):
+                found = list(self._of_decisions(f"{place}.evidence_sha256", kept, one))
+                yield from found or _of_all(f"{place}.evidence_sha256", run, kept, one)
             every += [one.records for one in replayed]
         yield from self._check_replayed(every)
 
     def _check_replayed(self, every: Sequence[EpisodeRecords]) -> Iterator[Finding]:
         result = self.result
         runs = [
-            run_record(run.checkpoint_sha256, run.training, records, run.evidence_sha256, run.metrics.declarations())
+            run_record(run.checkpoint_sha256, run.training, records, run.evidence_sha256, _metrics(run, records))
             for run, records in zip(result.runs, every, strict=True)
         ]
         found = result_record(result.agent, result.kind, self.task, result.option, runs, every)
@@ -219,12 +224,27 @@ def checked_results(board: LeaderboardRecord, store: Store) -> list[CheckedResul
     ]
 
 
+def _metrics(run: RunRecord, records: EpisodeRecords) -> list[Metric]:
+    """Return the metrics that a run has to have: all that come with the package, and those of extensions it has."""
+    return [metric for metric in known_metrics(records) if metric.key in BUILT_IN or metric.key in run.metrics]
+
+
+def _of_all(place: str, run: RunRecord, kept: Evidence, found: ScoredEpisodes) -> Iterator[Finding]:
+    """Yield whether evidence is not the file that its decisions come to, to the byte."""
+    keys = {metric.key for metric in _metrics(run, found.records)} | kept.measured.keys()
+    if sha256_of(pack(ScoredEpisodes(found.records.only(keys), found.trace))) != run.evidence_sha256:
+        yield Finding(place, "it does not hold what the decisions in it come to, all of it and nothing else")
+
+
 def _whole_metrics_of(record: MetricsRecord | RunMetricsRecord, known: EpisodeRecords) -> list[Metric]:
     """Return the metrics of a record that follow from what is known: from whole numbers alone."""
-    return [metric for metric in record.declarations() if metric.accumulation is None or metric.key in known.measured]
+    return [metric for metric in record.declarations() if metric.follows_from(known.measured)]
 
 
 def _of_whole_numbers(place: str, published: RunMetricsRecord, known: EpisodeRecords) -> Iterator[Finding]:
+    for metric in published.declarations():
+        if metric.is_whole and not metric.follows_from(known.measured):
+            yield Finding(f"{place}.{metric.key}", "the evidence does not hold the numbers that it rests on")
     for key, found in means(known, _whole_metrics_of(published, known)).items():
         yield from differences(f"{place}.{key}", published.get(key), found)
 

@@ -18,7 +18,9 @@ from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.training.learning_curves import TRAINING_OUTCOMES, TrainingOutcomesRecord, read_outcomes
 from hhrl_bench.training.train import VALIDATION_EPISODES
 from hhrl_bench.transfer.transfer import CONTROL
-from hhrl_bench.verification.identity import named, rounded
+from hhrl_bench.verification.identity import named, rounded, shipped, shipped_scenario
+from hhrl_envs import SCENARIOS
+from hhrl_envs.errors import InputError
 
 UNTRAINED = "zero-shot"
 
@@ -29,40 +31,55 @@ class _Curves(NamedTuple):
     place: str
     agent: str
     task: str
+    method: str
+    arm: str | None
     seeds: tuple[int, ...]
     env_steps: tuple[int, ...]
     success: tuple[tuple[float | None, ...], ...]
     collision: tuple[tuple[float | None, ...], ...] | None = None
 
-    def score(self, seed: int, report: int) -> tuple[float, float]:
-        """Return what a checkpoint of a seed is chosen by at a report, as far as it is known: more is better."""
+    def scores(self, seed: int) -> list[tuple[float, float]]:
+        """Return what a checkpoint of a seed is chosen by at every report, as far as it is known: more is better."""
         index = self.seeds.index(seed)
-        collision = self.collision[index][report] if self.collision else None
-        return self.success[index][report] or 0.0, -(collision or 0.0)
+        collisions = self.collision[index] if self.collision else (0.0,) * len(self.env_steps)
+        pairs = zip(self.success[index], collisions, strict=True)
+        return [(success or 0.0, -(collision or 0.0)) for success, collision in pairs]
 
 
 def _curves(board: LeaderboardRecord) -> Iterator[_Curves]:
     for index, one in enumerate(board.trainings):
         tested = one.testing
         yield _Curves(
-            f"trainings[{index}]", one.method, one.task, one.seeds, one.env_steps, tested.success, tested.collision
-        )
+            f"trainings[{index}]", one.method, one.task, one.method, None, one.seeds, one.env_steps, tested.success,
+            tested.collision,
+        )  # fmt: skip
     for index, row in enumerate(board.transfer.rows if board.transfer else ()):
-        agent = f"{row.method} {row.arm}"
-        yield _Curves(f"transfer.rows[{index}]", agent, row.target, row.seeds, row.env_steps, row.success)
+        own = f"{row.method} {row.arm}", row.target, row.method, row.arm
+        yield _Curves(f"transfer.rows[{index}]", *own, row.seeds, row.env_steps, row.success)
 
 
 def check_curves(board: LeaderboardRecord) -> Iterator[Finding]:
     """Return where curves are not those of the entry's results, as far as the entry itself shows it."""
     results = {(result.agent, result.task): index for index, result in enumerate(board.results)}
+    seen: set[tuple[str, str]] = set()
     for curves in _curves(board):
         index = results.get((curves.agent, curves.task))
+        if (curves.agent, curves.task) in seen:
+            yield Finding(curves.place, f"{curves.agent} has curves on {curves.task} already; keep one of them")
+            continue
+        seen.add((curves.agent, curves.task))
         if index is None:
             yield Finding(curves.place, f"the entry has no result of {curves.agent} on {curves.task}")
             continue
         result = board.results[index]
-        yield from _check_seeds(curves, result)
+        try:
+            yield from _check_seeds(curves, result)
+        except InputError as error:
+            yield Finding(curves.place, str(error))
+            continue
         for number, run in enumerate(result.runs):
+            if run.training:
+                yield from _check_origin(f"results[{index}].runs[{number}].training", curves, run.training)
             yield from _check_choice(f"results[{index}].runs[{number}].training.env_steps", curves, run)
     if board.transfer:
         yield from _check_transfer(board)
@@ -80,6 +97,13 @@ def _check_seeds(curves: _Curves, result: ResultRecord) -> Iterator[Finding]:
             yield Finding(f"{curves.place}.success[{index}]", "it ends early if its seed has failed, and only then")
 
 
+def _check_origin(place: str, curves: _Curves, training: TrainingRecord) -> Iterator[Finding]:
+    """Return whether a run was trained otherwise than its curve says: by another method, or in another task."""
+    yield from differences(f"{place}.method", training.method, curves.method)
+    yield from differences(f"{place}.task", training.task, curves.task)
+    yield from differences(f"{place}.arm", training.arm, curves.arm)
+
+
 def _check_choice(place: str, curves: _Curves, run: RunRecord) -> Iterator[Finding]:
     """Return whether a checkpoint was not taken at the best report of its curve."""
     training = run.training
@@ -88,43 +112,73 @@ def _check_choice(place: str, curves: _Curves, run: RunRecord) -> Iterator[Findi
     if training.env_steps not in curves.env_steps:
         yield Finding(place, "its learning curve has no report there")
         return
-    scores = [curves.score(training.seed, report) for report in range(len(curves.env_steps))]
+    scores = curves.scores(training.seed)
     if scores[curves.env_steps.index(training.env_steps)] < max(scores):
         best = curves.env_steps[scores.index(max(scores))]
         yield Finding(place, f"its learning curve is best at {best:,} env steps, not where its checkpoint was taken")
 
 
+class _Group(NamedTuple):
+    """What the arms of a method in a target began with: a source scenario, and checkpoints by seed where known."""
+
+    place: str
+    source: str
+    parents: dict[int, str | None]
+    control: str | None
+
+
 def _check_transfer(board: LeaderboardRecord) -> Iterator[Finding]:
-    """Return which learned rows of a transfer are neither arms nor sources, and which arms are not what they say."""
+    """Return which learned rows of a transfer are neither arms nor sources, and which arms are not what they say.
+
+    A source is a result of the entry or, where it is none, what comes with the package; the file of a user's own is
+    known by its hash alone, and has to be the same for all arms of a seed.
+    """
     rows = board.transfer.rows if board.transfer else ()
-    arms = {(f"{row.method} {row.arm}", row.target): (row.method, row.source) for row in rows}
-    origins = [(result.agent, get_task(result.task).scenario) for result in board.results]
-    begun: dict[tuple[str, str, int], str | None] = {}
-    settings: dict[tuple[str, str], str] = {}
-    for result, origin in zip(board.results, origins, strict=True):
-        if origin in arms.values():
-            begun |= {(*origin, run.training.seed): run.checkpoint_sha256 for run in result.runs if run.training}
-        if first := result.runs[0].training:
-            settings[result.agent, result.task] = first.config_hash
-    for index, (result, origin) in enumerate(zip(board.results, origins, strict=True)):
-        place, source = f"results[{index}]", arms.get((result.agent, result.task))
-        if source is None:
-            if origin not in arms.values() and named(result.agent, result.kind).kind == "learned":
-                yield Finding(f"{place}.agent", "it is no arm of the transfer, nor its source; publish its checkpoints")
+    origins = {(one.agent, get_task(one.task).scenario): one for one in board.results if one.runs[0].training}
+    settings = {key: one.runs[0].training.config_hash for key, one in _trained(board).items() if one.runs[0].training}
+    groups: dict[tuple[str, str], _Group] = {}
+    for index, row in enumerate(rows):
+        place, key = f"transfer.rows[{index}].source", (row.method, row.target)
+        if key not in groups:
+            if row.source not in SCENARIOS:
+                yield Finding(place, f"{row.source!r} is no registered scenario, and so no source")
+            parents = _parents(origins.get((row.method, row.source)), row.method, row.source)
+            groups[key] = _Group(place, row.source, parents, settings.get((f"{row.method} {CONTROL}", row.target)))
+        yield from differences(place, row.source, groups[key].source)
+    arms = {(f"{row.method} {row.arm}", row.target): groups[row.method, row.target] for row in rows}
+    sources = {(method, group.source) for (method, _), group in groups.items()}
+    for index, result in enumerate(board.results):
+        group = arms.get((result.agent, result.task))
+        if group is None:
+            learned = named(result.agent, result.kind).kind == "learned"
+            if learned and (result.agent, get_task(result.task).scenario) not in sources:
+                place = f"results[{index}].agent"
+                yield Finding(place, "it is no arm of the transfer, nor its source; publish its checkpoints")
             continue
-        control = settings.get((f"{source[0]} {CONTROL}", result.task))
         for number, run in enumerate(result.runs):
             if run.training:
-                at = f"{place}.runs[{number}].training"
-                yield from _check_arm(at, run.training, control, begun.get((*source, run.training.seed)))
+                yield from _check_arm(f"results[{index}].runs[{number}].training", run.training, group)
 
 
-def _check_arm(place: str, training: TrainingRecord, control: str | None, source: str | None) -> Iterator[Finding]:
-    """Return where the training of an arm is not that of one with the settings of its control and from a source."""
+def _trained(board: LeaderboardRecord) -> dict[tuple[str, str], ResultRecord]:
+    return {(one.agent, one.task): one for one in board.results if one.runs[0].training}
+
+
+def _parents(result: ResultRecord | None, method: str, scenario: str) -> dict[int, str | None]:
+    """Return the checkpoints of a source by seed: of a result, or else those that come with the package."""
+    if result is not None:
+        return {run.training.seed: run.checkpoint_sha256 for run in result.runs if run.training}
+    return dict(enumerate(shipped(method))) if scenario == shipped_scenario(method) else {}
+
+
+def _check_arm(place: str, training: TrainingRecord, group: _Group) -> Iterator[Finding]:
+    """Return where the training of an arm is not that of one with the settings of its control and from its source."""
     if (training.budget is None) != (training.arm == UNTRAINED):
         yield Finding(f"{place}.budget", f"{UNTRAINED} has none, and every other arm has one")
-    yield from differences(f"{place}.config_hash", training.config_hash, control)
-    begins = None if training.arm == CONTROL else source or training.source_sha256 or "a checkpoint"
+    yield from differences(f"{place}.config_hash", training.config_hash, group.control)
+    begins = None
+    if training.arm != CONTROL:
+        begins = group.parents.setdefault(training.seed, training.source_sha256) or "a checkpoint"
     yield from differences(f"{place}.source_sha256", training.source_sha256, begins)
 
 
@@ -155,15 +209,16 @@ def _check_said(
         yield from differences(at, getattr(curves.testing, outcome)[index][report], known)
 
 
-def check_trained(board: LeaderboardRecord, result: ResultRecord, seed: int, folder: Path) -> Iterator[Finding]:
-    """Return where the published curves of a seed are not those that its training left in a run directory.
+def check_trained(board: LeaderboardRecord, training: TrainingRecord, folder: Path) -> Iterator[Finding]:
+    """Return where the published curves of a training are not those that it left in a run directory, trained again.
 
     Raises:
         CurveError: if it has left none.
     """
-    found = read_outcomes(folder, (seed,))
+    seed, found = training.seed, read_outcomes(folder, (training.seed,))
+    own_task = training.method, training.task
     for index, one in enumerate(board.trainings):
-        if (one.method, one.task) == (result.agent, result.task) and seed in one.seeds:
+        if (one.method, one.task) == own_task and training.arm is None and seed in one.seeds:
             place, own = f"trainings[{index}]", one.seeds.index(seed)
             yield from differences(f"{place}.env_steps", one.env_steps[: len(found.env_steps)], found.env_steps)
             for part, outcome in product(("training", "testing"), TRAINING_OUTCOMES):
@@ -171,7 +226,7 @@ def check_trained(board: LeaderboardRecord, result: ResultRecord, seed: int, fol
                 rates = (*again[0], *[None] * (len(one.env_steps) - len(again[0])))
                 yield from differences(f"{place}.{part}.{outcome}[{own}]", published[own], rates)
     for index, row in enumerate(board.transfer.rows if board.transfer else ()):
-        if (f"{row.method} {row.arm}", row.target) == (result.agent, result.task) and seed in row.seeds:
+        if (row.method, row.target, row.arm) == (*own_task, training.arm) and seed in row.seeds:
             place, own = f"transfer.rows[{index}]", row.seeds.index(seed)
             (success,) = found.testing.success
             rest = success[0] if row.arm == UNTRAINED else 0.0

@@ -145,8 +145,26 @@ def _check_name(place: str, agent: str) -> Iterator[Finding]:
         yield Finding(place, f"{agent!r} has signs or spaces that may look like others; publish it under a plain name")
     stem, _ = _parts(agent)
     near = looks_like(stem, _registered())
+    if near is None and stem not in _registered():
+        near = _named_in(agent)
     if near is not None and (near != stem or (stem != agent and stem not in METHODS)):
         yield Finding(place, f"{agent!r} looks like {near}, which it is not; publish it under another name")
+
+
+_LONGEST = 3  # words of a registered name that somebody may spell with spaces
+
+
+def _named_in(agent: str) -> str | None:
+    """Return which registered name, or which word that is no agent's, stands in a name beside other words.
+
+    Names of files and modules, which their paths say, are none of these words.
+    """
+    words = [word for word in re.split(r"[^\w./-]+", agent) if word]
+    if len(words) < 2 or _FACTORY.fullmatch(agent):
+        return None
+    known = [*_registered(), "oracle", "paper"]
+    spans = ("".join(words[i : i + n]) for n in range(1, _LONGEST + 1) for i in range(len(words) - n + 1))
+    return next((near for span in spans if (near := looks_like(span, known))), None)
 
 
 def _registered() -> list[str]:
@@ -215,8 +233,8 @@ def _check_training(place: str, training: TrainingRecord) -> Iterator[Finding]:
     yield from differences(f"{place}.spec_hash", training.spec_hash, scenario.spec_hash)
     if training.env_steps > rounded(budget, training.method):
         yield Finding(f"{place}.env_steps", f"{training.env_steps:,} steps are more than its budget of {budget:,}")
-    if training.arm is None and training.command not in _commands(training, task, budget):
-        yield Finding(f"{place}.command", "it is not the command that trains this seed")
+    if training.command not in ((None,) if training.arm else _commands(training, task, budget)):
+        yield Finding(f"{place}.command", "it is not the command that trains this seed; an arm has none")
 
 
 def rounded(budget: int, method: str) -> int:
@@ -261,3 +279,10 @@ def shipped(method: str) -> list[str]:
     """Return the hashes of the checkpoints of a method that come with the package, lowest seed first."""
     paths = shipped_checkpoints(method) if method in shipped_methods() else []
     return [sha256_of(path.read_bytes()) for path in paths]
+
+
+@cache
+def shipped_scenario(method: str) -> str | None:
+    """Return the scenario that the checkpoints of a method which come with the package were trained in."""
+    paths = shipped_checkpoints(method) if method in shipped_methods() else []
+    return checkpoints.load(paths[0]).scenario.id if paths else None

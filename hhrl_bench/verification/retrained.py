@@ -9,11 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hhrl_agents.policies.checkpoint_file import read_metadata
+from hhrl_bench.evaluation.loading import training_record
 from hhrl_bench.evaluation.records import RunRecord, TrainingRecord
 from hhrl_bench.evaluation.results import Update, silent
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.execution.pools import Each
-from hhrl_bench.leaderboard.findings import Finding
+from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.record import LeaderboardRecord
 from hhrl_bench.schema import sha256_of
 from hhrl_bench.tasks.tasks import registered_task
@@ -120,7 +122,10 @@ class _Retraining:
             store.add_checkpoint(path.read_bytes())
             trace = checked.read(one.run).trace
             yield from decides_otherwise(one.place, replace(checked, store=store), one.run, trace)
-        yield from check_trained(self._board, checked.result, seed, path.parent)
+        if one.run is not None:
+            again = training_record(read_metadata(path), path)
+            yield from differences(f"{one.place}.training", one.training.model_dump(), again.model_dump())
+        yield from check_trained(self._board, one.training, path.parent)
 
     def _train(self, training: TrainingRecord) -> Path:
         """Train a seed again, and return where its chosen checkpoint is, if the training has not failed."""

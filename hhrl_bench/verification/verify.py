@@ -17,7 +17,7 @@ from hhrl_bench.statistics.intervals import BOOTSTRAP_SEED, CONFIDENCE
 from hhrl_bench.transfer.summary import recompute
 from hhrl_bench.verification.checked_result import CheckedResult, checked_results, played_task
 from hhrl_bench.verification.curves import check_curves, check_validation
-from hhrl_bench.verification.identity import check_identity, check_weights, playable, repeatable
+from hhrl_bench.verification.identity import check_identity, check_weights, playable, repeatable, shipped
 from hhrl_bench.verification.rerun import rerun
 from hhrl_bench.verification.retrained import retrain
 from hhrl_envs.errors import InputError
@@ -67,8 +67,9 @@ def verify(
 
 def check_result(level: Level, result: CheckedResult, again: bool) -> tuple[list[Finding], bool]:
     """Return what does not hold in a result, and whether its evidence was read; ``again``: its agents are run again."""
-    findings = list(result.recompute())
-    if level.includes(Level.REPLAYED):
+    replayed = level.includes(Level.REPLAYED)
+    findings = list(result.recompute(replayed=replayed))
+    if replayed:
         findings += result.replay()
     if again:
         findings += rerun(result)
@@ -101,7 +102,10 @@ def _check_version(board: LeaderboardRecord) -> Iterator[Finding]:
 
 
 def _check_failed(board: LeaderboardRecord) -> Iterator[Finding]:
-    """Yield the results that have other seeds, with those that failed, than their learning curves."""
+    """Yield the results that have other seeds, with those that failed, than their learning curves.
+
+    What comes with the package has no failed seeds.
+    """
     curves = {(one.method, one.task): one.seeds for one in board.trainings}
     if board.transfer:
         curves |= {(f"{row.method} {row.arm}", row.target): row.seeds for row in board.transfer.rows}
@@ -109,6 +113,8 @@ def _check_failed(board: LeaderboardRecord) -> Iterator[Finding]:
         if seeds := curves.get((result.agent, result.task)):
             failed = tuple(seed for seed in seeds if seed not in result.seeds)
             yield from differences(f"results[{index}].failed_seeds", result.failed_seeds, failed)
+        elif result.failed_seeds and [run.checkpoint_sha256 for run in result.runs] == shipped(result.agent):
+            yield from differences(f"results[{index}].failed_seeds", result.failed_seeds, ())
 
 
 def _check_derived(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:

@@ -242,6 +242,12 @@ def many_episodes_to_resample(board: Board) -> None:
     board.put("tasks", 0, "episodes", value=2_000)
 
 
+def many_pairs_of_runs(board: Board) -> None:
+    one = board.at("results", RULE)
+    many = one | {"runs": one["runs"] * 100}
+    board.put("results", value=[many | {"agent": f"mine:make_{index}@0-99"} for index in range(16)])
+
+
 def many_runs(board: Board) -> None:
     board.put("results", DDQN, "runs", value=board.at("results", DDQN, "runs") * 30)
 
@@ -309,6 +315,11 @@ def validated(report: int, success: float) -> Forge:
     return forge
 
 
+def curves_twice(board: Board) -> None:
+    """The curves of ddqn once more, for what is the same task under the name of its scenario."""
+    board.put("trainings", value=[*board.at("trainings"), board.at("trainings", 0)])
+
+
 def best_elsewhere(board: Board) -> None:
     validated(-1, 0.0)(board)
     validated(0, 0.5)(board)
@@ -352,6 +363,49 @@ def withheld(board: Board) -> None:
 def rows_of_nobody(board: Board) -> None:
     as_transfer(board)
     board.put("results", value=board.at("results")[:-1])
+
+
+def of_another_method(board: Board) -> None:
+    """The curves and checkpoints of ddqn under a name of one's own."""
+    renamed(DDQN, "my-agent")(board)
+    board.put("trainings", 0, "method", value="my-agent")
+
+
+def from_source(board: Board, source: str) -> list[Any]:
+    """Return the rows of a transfer as if they were from another source."""
+    as_transfer(board)
+    return [row | {"source": source} for row in board.at("transfer", "rows")]
+
+
+def of_no_scenario(board: Board) -> None:
+    board.put("transfer", "rows", value=from_source(board, "moon"))
+
+
+def of_two_sources(board: Board) -> None:
+    others = from_source(board, "solo-stop-v0")
+    board.put("transfer", "rows", value=[*board.at("transfer", "rows"), *others])
+
+
+def with_other_parents(board: Board) -> None:
+    """Arms whose source is not in the entry, and which began with different checkpoints."""
+    board.put("transfer", "rows", value=from_source(board, "solo-stop-v0"))
+    board.put("results", value=[board.at("results", 0), *board.at("results")[2:]])
+    board.put("results", 2, "runs", 0, "training", "source_sha256", value="0" * 64)
+
+
+def without_a_metric(key: str) -> Forge:
+    """The rule's row without a metric that its episodes have, and with the digest of the others."""
+
+    def forge(board: Board) -> None:
+        for place in (("runs", 0, "metrics"), ("metrics",)):
+            known = board.at("results", RULE, *place)
+            board.put("results", RULE, *place, value={name: one for name, one in known.items() if name != key})
+        task = get_task("stop-line-v0")
+        (played,) = replay([board.evidence(RULE)], task, task.test.take(small_board.EPISODES))
+        kept = board.at("results", RULE, "runs", 0, "metrics")
+        board.put("results", RULE, "runs", 0, "episodes_sha256", value=played.records.only(kept).digest())
+
+    return forge
 
 
 def with_more(**more: Any) -> Forge:
@@ -436,7 +490,30 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     "a shorter training": (shorter_training, SCHEMA, "trainings[0].env_steps"),
     "a seed that has failed without a fault": (failed_without_a_fault, SCHEMA, "trainings[0].success[4]: it ends"),
     "settings that are not the method's": (other_settings, SCHEMA, "results[1].runs[0].training.config_hash"),
+    "curves of another method under a free name": (
+        of_another_method,
+        SCHEMA,
+        "results[1].runs[0].training.method",
+    ),
+    "curves of another task": (
+        with_value("results", DDQN, "runs", 0, "training", "task", value="stop-line-paper-v0"),
+        SCHEMA,
+        "results[1].runs[0].training.task",
+    ),
+    "curves twice": (curves_twice, SCHEMA, "ddqn has"),
     # transfers
+    "a source that is no scenario": (
+        of_no_scenario,
+        SCHEMA,
+        "transfer.rows[0].source: 'moon' is no registered scenario",
+    ),
+    "arms of two sources": (of_two_sources, SCHEMA, "transfer.rows[3].source"),
+    "arms of a seed that began with different checkpoints": (with_other_parents, SCHEMA, "source_sha256"),
+    "an arm with a command": (
+        of_transfer("results", 3, "runs", 0, "training", "command", value="hhrl-bench train ddqn"),
+        SCHEMA,
+        "results[3].runs[0].training.command",
+    ),
     "checkpoints withheld": (withheld, SCHEMA, "results[3].agent: it is no arm"),
     "curves of an arm that has no result": (rows_of_nobody, SCHEMA, "transfer.rows[2]: the entry has no result"),
     "an arm of nobody's": (of_transfer("results", 3, "agent", value="my-arm"), SCHEMA, "results[3].agent"),
@@ -502,6 +579,17 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     ),
     "another method's seeds": (renamed(DDQN, "hybrid-hrl:0-4"), SCHEMA, "results[1].runs[0].training.method"),
     # evidence
+    "a row without its score": (without_a_metric("score"), REPLAYED, "results[0].metrics.score"),
+    "evidence of traffic where there is none": (
+        with_more(
+            arrays={
+                "outcomes": np.empty((small_board.EPISODES, 0), np.int8),
+                "feasible": np.full(small_board.EPISODES, 7, np.int8),
+            }
+        ),
+        REPLAYED,
+        "results[0].runs[0].evidence_sha256: it does not hold what",
+    ),
     "evidence with another array": (
         with_more(arrays={"more": np.zeros(9, np.int8)}),
         RECOMPUTED,
@@ -565,7 +653,9 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     "too many results on a task": (many_results(51), SCHEMA, "stop-line-v0 has 51 results"),
     "too many runs": (many_runs, SCHEMA, "results.1.runs"),
     "too many curves": (many_arms, SCHEMA, "trainings"),
+    "no results": (with_value("results", value=[]), SCHEMA, "results"),
     "too many episodes": (with_value("tasks", 0, "episodes", value=900_000), SCHEMA, "episodes"),
+    "too many pairs of runs": (many_pairs_of_runs, SCHEMA, "pairs of runs"),
     "too many episodes to resample": (many_episodes_to_resample, SCHEMA, "intervals resample"),
     # paths
     **{f"a suite called {path[:12]}": (with_value("suite", value=path), SCHEMA, "suite") for path in PATHS},
@@ -639,6 +729,24 @@ def test_names_that_look_like_others_are_refused(honest: Path, board: Board, nam
     forged = Board(board.path, json.loads(honest.read_text()))
     renamed(RULE, name, kind)(forged)
     assert any("agent" in line for line in forged.said(SCHEMA))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "hybrid-hrl@0-9", "ddqn: 0-4", "rule-3,4", "hybrid-hrl (paper)", "the paper, Hybrid HRL", "the oracle",
+        "rule-4 + hold", "ddgn", "dd9n", "cldqn", "hy8rid-hrl", "rule-tunecl",
+    ],
+)  # fmt: skip
+def test_names_that_hold_a_registered_one_or_look_like_it_are_refused(board: Board, name: str) -> None:
+    renamed(RULE, name, "factory")(board)
+    assert any("looks like" in line for line in board.said(SCHEMA))
+
+
+@pytest.mark.parametrize("name", ["my-ddqn", "runs/ddqn/stop-line-v0", "careful driver 2", "ddqn.zip", "paper-v2"])
+def test_other_names_of_ones_own_are_free(board: Board, name: str) -> None:
+    renamed(RULE, name, "factory")(board)
+    assert not any("looks like" in line for line in board.said(SCHEMA))
 
 
 @drawn
@@ -751,7 +859,7 @@ def only(board: Board, results: list[int], tasks: list[int]) -> LeaderboardRecor
     """Return an entry of some results and tasks."""
     record = LeaderboardRecord.model_validate_json(json.dumps(board.data))
     chosen = tuple(record.results[one] for one in results), tuple(record.tasks[one] for one in tasks)
-    return record.model_copy(update=dict(zip(("results", "tasks"), chosen, strict=True)))
+    return record.model_copy(update={"results": chosen[0], "tasks": chosen[1], "trainings": ()})
 
 
 def without_runs(record: LeaderboardRecord, first: int) -> LeaderboardRecord:
@@ -779,10 +887,32 @@ def test_an_entry_of_a_folder_is_what_its_suite_makes(board: Board, monkeypatch:
         assert any(said in finding.said for finding in check_suite(name, record)), said
 
 
+def test_the_entry_of_a_suite_has_all_of_its_rows(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    suite = ScoreSuite("small", ("rule-2", "ddqn"), ("stop-line-v0",), small_board.EPISODES)
+    monkeypatch.setattr(suites, "SUITES", {"small": suite})
+    assert list(check_suite("small", only(board, [RULE, DDQN], [0]))) == []
+    assert list(check_suite("theirs", only(board, [DDQN], [0]))) == []
+    (finding,) = check_suite("small", only(board, [DDQN], [0]))
+    assert "other rows than suite small" in finding.said
+
+
 def test_seeds_of_a_training_suite_are_all_of_its_seeds(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
     trained = TrainingSuite("small", (("ddqn", "stop-line-v0"),), tuple(range(4)), small_board.EPISODES)
     monkeypatch.setattr(suites, "SUITES", {"small": trained})
-    honest = only(board, [DDQN], [0])
+    withheld = only(board, [DDQN], [0])
+    honest = withheld.model_copy(update={"trainings": read_entry(board.path).trainings[:1]})
     assert list(check_suite("small", without_runs(honest, 4))) == []
     assert list(check_suite("small", honest)) == []  # what comes with the package
     assert list(check_suite("small", without_runs(honest, 3))) != []
+    assert list(check_suite("small", without_runs(withheld, 4))) != []
+    board.put("results", DDQN, "runs", 0, "training", "task", value="stop-line-paper-v0")
+    elsewhere = only(board, [DDQN], [0]).model_copy(update={"trainings": honest.trainings})
+    assert list(check_suite("small", without_runs(elsewhere, 4))) != []
+
+
+def test_what_comes_with_the_package_has_no_failed_seeds(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    suite = ScoreSuite("small", ("ddqn",), ("stop-line-v0",), small_board.EPISODES)
+    monkeypatch.setattr(suites, "SUITES", {"small": suite})
+    board.put("results", DDQN, "failed_seeds", value=[5, 6])
+    (finding,) = check_suite("small", only(board, [DDQN], [0]))
+    assert "neither what comes with the package" in finding.said

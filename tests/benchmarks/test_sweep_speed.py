@@ -18,22 +18,12 @@ from hhrl_bench.execution.pools import LocalPool, Pool
 from hhrl_bench.execution.progress_folder import ProgressFolder, StudyStatus, UnitStatus
 from hhrl_bench.execution.run import Overseer, run_units
 from hhrl_bench.execution.unit import Done, Unit, unit_status
-from hhrl_bench.suites.units import Training
+from hhrl_bench.suites.units import Training, seed_trainings
 from hhrl_bench.tasks.tasks import get_task
 
 TASK = get_task("stop-line-v0")
 WORKERS, OFFERED = 1000, 220
 AnyUnit = TypeVar("AnyUnit", bound=Unit)
-
-
-@dataclass(frozen=True, slots=True)
-class Numbered(Training):
-    """A training of one seed, called by it."""
-
-    @property
-    def name(self) -> str:
-        """The method and the seed."""
-        return f"{self.method}, seed {self.seeds[0]}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +94,7 @@ def test_two_workers_next_to_one(tmp_path: Path, report: Report) -> None:
     seconds = []
     for workers in (1, 2):
         folder = tmp_path / str(workers)
-        units = [Numbered("ddqn", task, (seed,), 100, folder / str(seed), Store(folder)) for seed in range(8)]
+        units = seed_trainings([Training("ddqn", task, tuple(range(8)), 100, folder, Store(folder))])
         seconds.append(timed(units, LocalPool(workers)))
     said = [f"{one:.1f} s" for one in seconds]
     report("8 trainings, 2 workers", said[1], "1 worker", said[0], f"{seconds[0] / seconds[1]:.2f}", ">= 1.8")

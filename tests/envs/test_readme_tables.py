@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hhrl_envs import SCENARIOS, SUB_GOALS, Goal, Outcome, Reward, Road, Scenario, Vehicle, observation
+from hhrl_envs import SCENARIOS, SUB_GOALS, Goal, Option, Outcome, Reward, Road, Scenario, Vehicle, observation
 from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
+from hhrl_envs.scenario.registry import SUMMARIES
 from hhrl_envs.simulation import rewards, sub_goal_kernels
 from hhrl_envs.simulation.engine import layout
 from hhrl_envs.simulation.survey import feasible_share
@@ -70,6 +71,11 @@ def test_reward_table() -> None:
     sigmas = ", ".join(f"{getattr(reward, f'sigma_{i}'):g}" for i in range(1, 5))
     assert f"sigma = ({sigmas})" in PAGE
     assert rows[rewards.UNSMOOTH][3] == f"abs(j_e) > {reward.jerk_threshold:g} m/s^3"
+    floor = f"{sub_goal_kernels.MIN_STOPPING_DISTANCE:g} m"
+    assert (
+        rows[rewards.UNSAFE[Option.SSL]][2] == f"-exp(min(-d_dc/max(d_ds, {floor}), {-sub_goal_kernels.RATIO_LOW:g}))"
+    )
+    assert f"the exponent is bounded at {rewards.MOST:g} alone" in PAGE
     assert rows[rewards.TIMEOUT][2] == f"-{reward.timeout_scale:g} d_d^2"
 
 
@@ -100,6 +106,7 @@ def facts(scenario: Scenario) -> list[str]:
 def test_scenario_table_has_a_row_for_every_scenario(scenario_id: str) -> None:
     rows = {row[0]: row for row in table("Scenarios")[1:]}
     assert rows.get(scenario_id, [])[:6] == facts(SCENARIOS[scenario_id])
+    assert rows[scenario_id][6] == SUMMARIES[scenario_id]
 
 
 def test_scenario_table_has_no_other_rows() -> None:

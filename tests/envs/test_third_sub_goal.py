@@ -41,6 +41,11 @@ D_K, D_KC, KC_RATIO = map(at.measured, ("d_k", "d_kc", "d_kc/d_ks"))
 
 
 @inner
+def safety_keep(m, s, c):
+    return 4.0
+
+
+@inner
 def derive_keep(m, s, c):
     d_kc = m[s + D_K] - 4.0
     m[s + D_KC], m[s + KC_RATIO] = d_kc, min(max(d_kc / 4.0, RATIO_LOW), RATIO_HIGH)
@@ -126,7 +131,7 @@ def add_third_sub_goal(package: Path) -> None:
         (')\n"""All sub-goals, in the order of their options."""', ", KSL"),
         (')\n"""All sub-goals in the order of their elements', ", KSL"),
     )
-    functions = "Kernels(measure_keep, derive_keep, failed_keep, penalty_keep, bounds_keep)"
+    functions = "Kernels(measure_keep, safety_keep, derive_keep, failed_keep, penalty_keep, bounds_keep)"
     insert(
         package / "simulation" / "sub_goal_kernels.py",
         ("_BY_OPTION: Mapping", KERNEL.lstrip()),

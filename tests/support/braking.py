@@ -6,10 +6,10 @@ from hhrl_envs.simulation.engine.compilation import kernel
 
 
 @kernel
-def braking_distance(speed: float, c: Floats) -> float:
-    return dynamics.braking_distance(speed, c)
+def braking_distance(speed: float, grip: float, c: Floats) -> float:
+    return dynamics.braking_distance(speed, grip, c)
 
 
 @kernel
-def longest_braking(speed: float, c: Floats) -> float:
-    return dynamics.longest_braking(speed, c)
+def longest_braking(speed: float, grip: float, c: Floats) -> float:
+    return dynamics.longest_braking(speed, grip, c)

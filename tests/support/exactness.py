@@ -23,6 +23,7 @@ from hhrl_bench.tasks.tasks import get_task
 from hhrl_envs import SCENARIOS, get_scenario
 from hhrl_envs.simulation.survey import trajectory_digest
 from support.configs import with_values
+from support.hidden import HIDDEN
 
 SHORT = ("ddqn", "hybrid-hrl", "hybrid-hrl-plus", "pqn")
 TRAINED = ("ddqn", "ddqn-per", "hrl-0", "hybrid-hrl", "hybrid-hrl-plus", "option-only", "rule-option", "pqn")
@@ -72,8 +73,8 @@ def processor() -> list[str]:
 
 def digests(steps: int, episodes: int) -> Iterator[tuple[str, str]]:
     """Yield the digests of all scenarios' trajectories, of what shipped policies decide, and of trainings."""
-    for scenario in SCENARIOS:
-        yield f"trajectories of {scenario}", trajectory_digest(get_scenario(scenario))
+    for scenario in (*SCENARIOS.values(), *HIDDEN.values()):
+        yield f"trajectories of {scenario.id}", trajectory_digest(scenario)
     for method in shipped_methods():
         yield from decisions(method, episodes)
     for method in TRAINED:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hhrl_envs import SCENARIOS, Goal, Scenario, Signal, Simulator, observation
+from hhrl_envs import SCENARIOS, Ghosts, Goal, Reward, Scenario, Signal, Simulator, Slippery, observation
 from hhrl_envs.scenario import limits
 from hhrl_envs.scenario.limits import Limits
 from hhrl_envs.scenario.profiles import ProfileFamily
@@ -44,8 +44,8 @@ def draw_scenario(rng: Rng) -> Scenario:
     parts: dict[str, Any] = {
         "vehicle": _with_levels(change(base.vehicle, limits.VEHICLE), rng, bold),
         "road": road,
-        "sensor": change(base.sensor, limits.SENSOR),
-        "reward": change(base.reward, limits.REWARD),
+        "sensor": replace(change(base.sensor, limits.SENSOR), ghosts=_ghosts(rng, bold)),
+        "reward": _read(change(base.reward, limits.REWARD), rng),
         "band": _band(base, rng, bold),
         "traffic": _traffic(base, road.speed_limit, rng, bold),
     }
@@ -63,7 +63,8 @@ def draw_scenario(rng: Rng) -> Scenario:
 
 def compile_kernels() -> None:
     """Compile what any scenario needs, so that it does not count as the time of one."""
-    for scenario in BASES:
+    slippery = replace(BASES[0], road=replace(BASES[0].road, slippery=Slippery(0.5, (0.1, 0.5))))
+    for scenario in (*BASES, slippery):
         simulator = Simulator(replace(scenario, feasible_only=False), 64)
         simulator.reset(np.arange(64))
         simulator.step(np.zeros(64, np.int64))
@@ -238,6 +239,10 @@ def _with_levels(vehicle: Any, rng: Rng, bold: float) -> Any:
     return replace(vehicle, levels=tuple(sorted({brake, throttle, *between})))
 
 
+def _read(reward: Reward, rng: Rng) -> Reward:
+    return replace(reward, unsafe="printed") if rng.random() < 0.5 else reward
+
+
 def _road(base: Scenario, rng: Rng, bold: float) -> Any:
     limit = _drawn(base.road.speed_limit, limits.ROAD["speed_limit"], rng) if rng.random() < bold else 0.0
     limit = limit or base.road.speed_limit
@@ -252,10 +257,19 @@ def _road(base: Scenario, rng: Rng, bold: float) -> Any:
         speed_limit=limit,
         stop_zone=zone,
         lines=lines,
+        slippery=_slippery(rng, bold),
         start_speed=_drawn((0.0, 0.0), speed, rng),
         start_distance=_drawn((0.0, 0.0), distance, rng),
     )
     return _changed(road, {name: limits.ROAD[name] for name in ("stop_speed", "friction")}, rng, bold)
+
+
+def _slippery(rng: Rng, bold: float) -> Slippery | None:
+    return _changed(Slippery(0.5, (0.05, 0.5)), limits.SLIPPERY, rng, bold) if rng.random() < 0.4 else None
+
+
+def _ghosts(rng: Rng, bold: float) -> Ghosts | None:
+    return _changed(Ghosts(0.5), limits.GHOSTS, rng, bold) if rng.random() < 0.2 else None
 
 
 def _band(base: Scenario, rng: Rng, bold: float) -> Any:

@@ -77,7 +77,10 @@ class Settings(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a step finds at each level that learns: errors Y - Q, float32 [levels, M], mean losses, largest |Q|."""
+    """What a step finds at each level that learns: errors Y - Q, float32 [levels, M], mean losses, largest |Q|.
+
+    A level's errors are those of its own mini-batch; the other columns have no meaning.
+    """
 
     errors: Floats32
     losses: Floats
@@ -115,27 +118,33 @@ def learn(memory: Memory, levels: Levels, batch: Batch, room: Room, settings: Se
             if not _is_needed(step, level, settings):
                 continue
             ahead, is_online = step <= _NEXT_TARGET, step in (_NEXT_ONLINE, _ONLINE)
+            # O* is needed for the mini-batches of all levels, all else for a level's own; the option's is first
+            whole = not level.learns or (level.column == 0 and step == _NEXT_ONLINE)
+            begin = 0 if whole else batch.firsts[place]
+            size = count if whole else batch.weights.shape[1]
             if not _has_loaded(step, settings):
-                _load(batch, ahead, level, room)
+                _load(batch, ahead, level, room, begin, size)
             values = forward(
                 memory.online if is_online else memory.target,
                 level.layout,
                 room.work,
                 room.capacity,
-                count,
-                next_options if ahead else options,
+                size,
+                next_options[begin:] if ahead else options[begin:],
             )
-            _read_values(step, level, values, choices, best, next_values, shortfalls, count)
+            _read_values(step, level, values, choices, best, next_values, shortfalls, begin, size)
         if level.learns:
-            _write_errors(level, batch, values, choices, next_values, shortfalls, settings, found.errors[place])
+            begin, size = batch.firsts[place], batch.weights.shape[1]
+            own = found.errors[place, begin:]
+            _write_errors(level, batch, values, choices, next_values, shortfalls, settings, own, begin, size)
             found.largest[place] = _largest(values)
             found.losses[place] = regress(
                 memory,
                 level,
-                found.errors[place],
-                choices,
-                options,
-                batch.firsts[place],
+                own,
+                choices[begin:],
+                options[begin:],
+                0,
                 batch.weights[place],
                 room,
                 settings,
@@ -167,19 +176,21 @@ def _read_values(
     best: Ints,
     next_values: Floats32,
     shortfalls: Floats32,
-    count: int,
+    begin: int,
+    size: int,
 ) -> None:
     """Write what a forward pass is for: best choices, the next states' values, or what choices fall short of the best.
 
     All are [M], given the values [M, C] of the pass.
     """
-    for m in range(count):
+    for k in range(size):
+        m = begin + k
         if step == _NEXT_ONLINE:
-            best[m] = _best(values, m, level.mask)
+            best[m] = _best(values, k, level.mask)
         elif step == _NEXT_TARGET:
-            next_values[m] = values[m, best[m]]
+            next_values[m] = values[k, best[m]]
         elif step == _TARGET:
-            shortfalls[m] = values[m, _best(values, m, level.mask)] - values[m, choices[m]]
+            shortfalls[m] = values[k, _best(values, k, level.mask)] - values[k, choices[m]]
 
 
 @spliced
@@ -192,14 +203,17 @@ def _write_errors(
     shortfalls: Floats32,
     settings: Settings,
     errors: Floats32,
+    begin: int,
+    size: int,
 ) -> None:
     """Write Y - Q, less alpha times what a choice falls short of the best one, [M]."""
     alpha = np.float32(settings.alpha)
     rows, numbers = batch.rows, batch.rows.shape[1] - NUMBERS
-    for m in range(batch.indices.size):
+    for k in range(size):
+        m = begin + k
         row = batch.indices[m]
         target = rows[row, numbers + REWARDS + level.column] + rows[row, numbers + DISCOUNT] * next_values[m]
-        errors[m] = target - values[m, choices[m]] - alpha * shortfalls[m]
+        errors[k] = target - values[k, choices[m]] - alpha * shortfalls[m]
 
 
 @spliced
@@ -252,12 +266,12 @@ def regress(
 
 
 @spliced
-def _load(batch: Batch, ahead: bool, level: Level, room: Room) -> None:
+def _load(batch: Batch, ahead: bool, level: Level, room: Room, begin: int, size: int) -> None:
     """Write the transitions' states, or the next ones if `ahead`, into the workspace's first block."""
     features = level.layout[0, FEATURES]
-    states = block(room.work, room.capacity, 0, batch.indices.size, features)
-    for m in range(batch.indices.size):
-        row = batch.indices[m]
+    states = block(room.work, room.capacity, 0, size, features)
+    for m in range(size):
+        row = batch.indices[begin + m]
         for f in range(features):
             states[m, f] = batch.rows[row, f + features] if ahead else batch.rows[row, f]
 

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import ClassVar, Literal
 
 from hhrl_envs.observation import SIZE
-from hhrl_envs.scenario.validation import Rule, agree, check, is_integer, is_number
+from hhrl_envs.scenario.validation import Rule, agree, check, is_integer, is_number, one_of
 
 SHARE = Rule(lambda value: is_number(value, 0.0, 1.0), "a number in [0, 1]")
 """The rule of a share."""
@@ -25,10 +25,6 @@ _SHARE_BELOW_1 = Rule(lambda value: SHARE.holds(value) and value < 1.0, "a numbe
 _SHARE_ABOVE_0 = Rule(lambda value: SHARE.holds(value) and value > 0.0, "a number in (0, 1]")
 _WIDTHS = Rule(lambda value: len(value) > 0 and all(map(_COUNT.holds, value)), "one or more positive layer widths")
 _RATES = Rule(lambda value: all(_SHARE_BELOW_1.holds(rate) and rate > 0.0 for rate in value), "rates in (0, 1)")
-
-
-def _one_of(*names: str) -> Rule:
-    return Rule(lambda value: value in names, " or ".join(names))
 
 
 @dataclass(frozen=True)
@@ -80,7 +76,7 @@ class LearnerConfig:
 
     def __post_init__(self) -> None:
         """Refuse values without a meaning."""
-        check(self, "", hidden=_WIDTHS, memory=_RATES, timeout=_one_of("truncation", "terminal"))
+        check(self, "", hidden=_WIDTHS, memory=_RATES, timeout=one_of("truncation", "terminal"))
         check(self, "", n_envs=_COUNT, report_every=_COUNT, gamma=SHARE, jerk_weight=SHARE, reward_scale=_POSITIVE)
         check(self, "", learning_rate=_POSITIVE, final_learning_rate=_POSITIVE, max_gradient_norm=_POSITIVE)
 
@@ -138,7 +134,7 @@ class DoubleDQNConfig(EpsilonGreedyConfig):
             max Q'(s) - Q'(s, a) off every target, Q' the target network: choices that a step of 0.1 s hardly tells
             apart differ more in value, and keep their order.
         priority: p^a of the hierarchical prioritised replay. "clip" is max(|delta_a| - |delta_o|, 0) of scaled errors,
-            "shift" the paper's literal |delta_a| - |delta_o| minus its minimum over the batch.
+            "shift" the paper's literal |delta_a| - p^o minus its minimum over the mini-batch.
         priority_floor: what is added to every priority, in units of a level's typical error, so that none is forgotten.
         priority_exponent, importance_exponent: alpha and beta of Algorithm 3.
     """
@@ -169,8 +165,8 @@ class DoubleDQNConfig(EpsilonGreedyConfig):
         super().__post_init__()
         check(self, "", steps_per_update=_COUNT, batch_size=_COUNT, n_steps=_COUNT, advantage_learning=_SHARE_BELOW_1)
         check(self, "", target_interval=_COUNT, target_rate=_SHARE_ABOVE_0)
-        check(self, "", attended=_one_of("state", "linear"), credit=_one_of("equations", "algorithm-2"))
-        check(self, "", priority=_one_of("clip", "shift"), priority_floor=_POSITIVE)
+        check(self, "", attended=one_of("state", "linear"), credit=one_of("equations", "algorithm-2"))
+        check(self, "", priority=one_of("clip", "shift"), priority_floor=_POSITIVE)
         check(self, "", priority_exponent=SHARE, importance_exponent=SHARE)
         first = self.n_steps * self.n_envs
         enough = f"at least n_steps x n_envs ({first})"

@@ -10,15 +10,10 @@ from hhrl_agents.agent import LEVELS
 from hhrl_agents.methods.configs import CONFIGS, DoubleDQNConfig
 from hhrl_agents.rules import paper_rules
 from hhrl_envs.errors import InputError
-from hhrl_envs.scenario.validation import Rule, agree, check
+from hhrl_envs.scenario.validation import Rule, agree, check, one_of
 
-
-def _one_of(*names: str) -> Rule:
-    return Rule(lambda value: value in names, "one of: " + ", ".join(names))
-
-
-_OPTION = _one_of("none", "learned", *paper_rules.RULES)
-_REPLAY = _one_of("uniform", "prioritised", "hierarchical")
+_OPTION = one_of("none", "learned", *paper_rules.RULES)
+_REPLAY = one_of("uniform", "prioritised", "hierarchical")
 _CONFIG = Rule(
     lambda value: type(value) in CONFIGS.values(), "one of: " + ", ".join(kind.__name__ for kind in CONFIGS.values())
 )

@@ -11,7 +11,8 @@ from hhrl_agents.networks.architectures import FROZEN, Parameters, architectures
 from hhrl_agents.networks.layers import ValueNetwork, flattened
 from hhrl_agents.policies.observation_memory import Traces
 from hhrl_agents.rules import paper_rules
-from hhrl_agents.rules.controllers import PAPER_TUNING, ControllerAgent
+from hhrl_agents.rules.controllers import ControllerAgent
+from hhrl_agents.rules.tuning import PAPER_TUNING
 from hhrl_envs import Option, Scenario
 from hhrl_envs.arrays import Flags, Floats32, Ints
 from hhrl_envs.errors import InputError

@@ -13,14 +13,16 @@ SCALE_RATE = 0.01
 class HierarchicalReplay:
     """The priorities of Algorithm 3 for a buffer of `capacity` transitions, without a tree: each draw sums all of them.
 
-    The errors of both levels are evaluated on every transition that is drawn, and divided by their level's running
-    magnitude: p^o = |delta_o| and p^a = max(|delta_a| - |delta_o|, 0). `config.priority` = "shift" is the literal p^a,
-    the undivided |delta_a| - |delta_o| less its minimum over the mini-batches.
+    A level's errors, divided by its running magnitude, give the transitions of its own mini-batch new priorities: p^o =
+    |delta_o|, and p^a = max(|delta_a| - p^o, 0), with the p^o that the option level found when it last learned from
+    that transition, 0 before. `config.priority` = "shift" is the literal p^a, the undivided |delta_a| - p^o less its
+    minimum over the mini-batch.
     """
 
     def __init__(self, capacity: int, config: DoubleDQNConfig) -> None:
         self._config = config
         self._powers = {level: torch.zeros(capacity, dtype=torch.float64) for level in ("option", "action")}
+        self._of_option = torch.zeros(capacity, dtype=torch.float64)
         self._highest = dict.fromkeys(self._powers, 1.0)
         self._magnitude: dict[str, Tensor] = {}
 
@@ -28,6 +30,7 @@ class HierarchicalReplay:
         """Give new transitions, int64 [n], the highest priority so far."""
         for level, powers in self._powers.items():
             powers[indices] = self._highest[level]
+        self._of_option[indices] = 0.0
 
     def draw(self, level: str, shares: Tensor) -> Tensor:
         """Return the transition at each share of a level's priorities, int64 [K]; shares in [0, 1), float64 [K]."""
@@ -40,19 +43,24 @@ class HierarchicalReplay:
         weights = (stored * chances) ** -self._config.importance_exponent
         return (weights / weights.max()).float()
 
-    def update(self, indices: Tensor, errors: ByLevel) -> None:
-        """Give the drawn transitions, int64 [M], their new priorities, from the errors of both levels, [M]."""
-        for level, priorities in self._priorities({name: e.detach().double().abs() for name, e in errors.items()}):
-            powers = (priorities + self._config.priority_floor) ** self._config.priority_exponent
-            self._powers[level][indices] = powers
+    def update(self, indices: ByLevel, errors: ByLevel) -> None:
+        """Give every level's drawn transitions, int64 [K], their new priorities, from that level's errors, [K]."""
+        for level in self._powers:
+            drawn, error = indices[level], errors[level].detach().double().abs()
+            powers = (
+                self._priorities(level, drawn, error) + self._config.priority_floor
+            ) ** self._config.priority_exponent
+            self._powers[level][drawn] = powers
             self._highest[level] = max(self._highest[level], powers.max().item())
 
-    def _priorities(self, errors: ByLevel) -> list[tuple[str, Tensor]]:
-        if self._config.priority == "shift":
-            gap = errors["action"] - errors["option"]
-            return [("option", errors["option"]), ("action", gap - gap.min())]
-        scaled = {level: error / self._magnitude_with(level, error) for level, error in errors.items()}
-        return [("option", scaled["option"]), ("action", (scaled["action"] - scaled["option"]).clamp(min=0.0))]
+    def _priorities(self, level: str, drawn: Tensor, error: Tensor) -> Tensor:
+        shift = self._config.priority == "shift"
+        scaled = error if shift else error / self._magnitude_with(level, error)
+        if level == "option":
+            self._of_option[drawn] = scaled
+            return scaled
+        gap = scaled - self._of_option[drawn]
+        return gap - gap.min() if shift else gap.clamp(min=0.0)
 
     def _magnitude_with(self, level: str, errors: Tensor) -> Tensor:
         """Return a level's running magnitude, these errors in it; the first ones are the first magnitude."""

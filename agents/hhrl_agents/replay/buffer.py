@@ -107,7 +107,7 @@ class Sampler(Stateful, Protocol):
         """Return mini-batches from the `stored` transitions."""
 
     def update(self, indices: Ints, errors: Floats32) -> None:
-        """Take note of the drawn transitions' TD errors, float32 [levels, M]."""
+        """Take note of TD errors, float32 [levels, M]: of each level those of the mini-batch that it has drawn."""
 
 
 class UniformSampler:

@@ -16,19 +16,19 @@ from hhrl_envs.state import State, read
 SCALE_RATE = 0.01
 """Rate at which the running magnitude of a level's TD error follows the batches."""
 
-_MEAN, _CLIP, _SHIFT = range(3)
 _SMALLEST = 1e-12  # magnitude that errors are divided by
 
 
 class PrioritisedSampler:
     """Prioritised replay: plain (Schaul et al., 2016), or hierarchical (Algorithm 3) with a tree for each level.
 
-    P ~ p^alpha, and a level's loss weighs its mini-batch by [N P]^-beta / max, N the number of stored transitions. The
-    TD errors of all levels are evaluated on every drawn transition, so each gets all its priorities; new transitions
-    get the highest so far. With every error divided by its level's running magnitude, the plain priority, of the one
-    mini-batch that all levels learn from, is the mean error of the levels. The hierarchical ones, Eq. (pri), each with
-    a mini-batch of its own, are p^o = |delta_o| and p^a = max(|delta_a| - |delta_o|, 0). `config.priority` = "shift" is
-    the paper's literal p^a, the undivided |delta_a| - |delta_o| minus its minimum over the mini-batches.
+    P ~ p^alpha, and a level's loss weighs its mini-batch by [N P]^-beta / max, N the number of stored transitions. New
+    transitions get the highest priority so far. Every error is divided by its level's running magnitude. The plain
+    priority, of the one mini-batch that all levels learn from, is the mean error of the levels. The hierarchical ones,
+    Eq. (pri), are p^o = |delta_o| and p^a = max(|delta_a| - p^o, 0). Each level has a mini-batch and so finds errors of
+    its own; the p^o in p^a is the one that the option level found when it last learned from that transition, and 0
+    before. `config.priority` = "shift" is the paper's literal p^a, the undivided |delta_a| - p^o minus its minimum over
+    the mini-batch.
     """
 
     def __init__(
@@ -42,16 +42,19 @@ class PrioritisedSampler:
     ) -> None:
         self._stream, self._config = stream, config
         trees = levels if hierarchical else 1
-        self._kind = (_SHIFT if config.priority == "shift" else _CLIP) if hierarchical else _MEAN
+        self._hierarchical = hierarchical
         self._tree_of = np.arange(levels) % trees
         self._firsts = self._tree_of * config.batch_size
         self._trees = SumTrees(trees, capacity)
         self._highest: Floats = np.ones(trees)
         self._magnitude: Floats = np.zeros(levels)
+        self._of_option: Floats = np.zeros(capacity if hierarchical else 0)
 
     def added(self, indices: Ints) -> None:
         """Give the new transitions the highest priority; see `Sampler.added`."""
         highest = np.repeat(self._highest[:, None], indices.size, axis=1)
+        if self._hierarchical:
+            self._of_option[indices[indices >= 0]] = 0.0
         place(self._trees.nodes, self._trees.starts, indices, highest)
 
     def draw(self, stored: int) -> Draw:
@@ -65,9 +68,12 @@ class PrioritisedSampler:
     def update(self, indices: Ints, errors: Floats32) -> None:
         """Give the drawn transitions their new priorities in every tree; see `Sampler.update`."""
         config, trees = self._config, self._trees
-        scaled, priorities = np.empty(errors.shape), np.empty((len(trees.nodes), indices.size))
-        given = (self._kind, config.priority_floor, config.priority_exponent, scaled, priorities)
-        _update(trees.nodes, trees.starts, indices, errors, self._highest, self._magnitude, *given)
+        given = (self._highest, self._magnitude, config.priority_floor, config.priority_exponent)
+        if self._hierarchical:
+            shift, room = config.priority == "shift", np.empty((1, indices.size // len(trees.nodes)))
+            _update_levels(trees.nodes, trees.starts, indices, errors, *given, self._of_option, shift, room)
+        else:
+            _update_mean(trees.nodes, trees.starts, indices, errors, *given, np.empty((1, indices.size)))
 
     def state(self) -> State:
         """Return generator, trees, highest priorities and magnitudes; see `hhrl_agents.stateful.Stateful`."""
@@ -80,7 +86,8 @@ class PrioritisedSampler:
             array[...] = read(state, name, array)
 
     def _memory(self) -> State:
-        return {"trees": self._trees.nodes, "highest": self._highest, "magnitude": self._magnitude}
+        kept = {"trees": self._trees.nodes, "highest": self._highest, "magnitude": self._magnitude}
+        return {**kept, "of_option": self._of_option} if self._hierarchical else kept
 
 
 @kernel
@@ -111,71 +118,96 @@ def _draw(
 
 
 @kernel
-def _update(
+def _update_mean(
     nodes: Floats,
     starts: Ints,
     indices: Ints,
     errors: Floats32,
     highest: Floats,
     magnitude: Floats,
-    kind: int,
     floor: float,
     exponent: float,
-    scaled: Floats,
     priorities: Floats,
 ) -> None:
-    """Give the transitions `indices` [M] their priorities in every tree by their errors [levels, M].
+    """Give the transitions `indices` [M] the mean of their scaled errors [levels, M] as priorities.
 
-    scaled: room for absolute errors, float64 [levels, M]; priorities: for what they give, float64 [T, M].
+    priorities: room for them, float64 [1, M].
     """
-    for level in range(errors.shape[0]):
-        for m in range(indices.size):
-            scaled[level, m] = abs(np.float64(errors[level, m]))
-    if kind != _SHIFT:
-        _scale(scaled, magnitude)
-    _rank(scaled, kind, priorities)
-    for t in range(nodes.shape[0]):
-        for m in range(indices.size):
-            priorities[t, m] += floor
+    levels, size = errors.shape
+    for m in range(size):
+        priorities[0, m] = 0.0
+    for level in range(levels):
+        scale = _magnitude_with(errors, level, 0, size, magnitude)
+        for m in range(size):
+            priorities[0, m] += abs(np.float64(errors[level, m])) / scale
+    for m in range(size):
+        priorities[0, m] /= levels
+    _assign(nodes, starts, indices, highest, floor, exponent, priorities)
+
+
+@kernel
+def _update_levels(
+    nodes: Floats,
+    starts: Ints,
+    indices: Ints,
+    errors: Floats32,
+    highest: Floats,
+    magnitude: Floats,
+    floor: float,
+    exponent: float,
+    of_option: Floats,
+    shift: bool,
+    priorities: Floats,
+) -> None:
+    """Give each level's part of the transitions `indices` [levels K] priorities in its tree, by its errors there.
+
+    errors: float32 [levels, levels K]; of_option: p^o of all transitions; priorities: room for K, float64 [1, K].
+    """
+    size = priorities.shape[1]
+    for level in range(nodes.shape[0]):
+        begin = level * size
+        scale = 1.0 if shift else _magnitude_with(errors, level, begin, size, magnitude)
+        lowest = np.inf
+        for k in range(size):
+            error = abs(np.float64(errors[level, begin + k])) / scale
+            if level == OPTION:
+                of_option[indices[begin + k]] = error
+            else:
+                error -= of_option[indices[begin + k]]
+            priorities[0, k] = error
+            lowest = min(lowest, error)
+        lowest = lowest if shift and level == ACTION else 0.0
+        for k in range(size):
+            priorities[0, k] = max(priorities[0, k] - lowest, 0.0)
+        tree = nodes[level : level + 1]
+        own = indices[begin : begin + size]
+        _assign(tree, starts, own, highest[level : level + 1], floor, exponent, priorities)
+
+
+@spliced
+def _assign(
+    nodes: Floats, starts: Ints, indices: Ints, highest: Floats, floor: float, exponent: float, priorities: Floats
+) -> None:
+    """Give transitions these priorities, float64 [1, K], in the one tree of `nodes`, with floor and exponent."""
+    for k in range(priorities.shape[1]):
+        priorities[0, k] += floor
     raise_all(priorities, exponent)
-    for t in range(nodes.shape[0]):
-        for m in range(indices.size):
-            highest[t] = max(highest[t], priorities[t, m])
+    for k in range(priorities.shape[1]):
+        highest[0] = max(highest[0], priorities[0, k])
     assign(nodes, starts, indices, priorities)
 
 
 @spliced
-def _scale(errors: Floats, magnitude: Floats) -> None:
-    """Divide absolute errors [levels, M] by their level's running magnitude, these errors in it."""
-    for level in range(errors.shape[0]):
-        mean = 0.0
-        for m in range(errors.shape[1]):
-            mean += errors[level, m]
-        mean /= errors.shape[1]
-        rate = 1.0 if magnitude[level] == 0.0 else SCALE_RATE
-        magnitude[level] += rate * (mean - magnitude[level])
-        for m in range(errors.shape[1]):
-            errors[level, m] /= max(magnitude[level], _SMALLEST)
-
-
-@spliced
-def _rank(errors: Floats, kind: int, priorities: Floats) -> None:
-    """Write the priorities [trees, M] of absolute errors [levels, M], before floor and exponent."""
-    levels = errors.shape[0]
-    lowest = 0.0
-    if kind == _SHIFT:
-        lowest = errors[ACTION, 0] - errors[OPTION, 0]
-        for m in range(errors.shape[1]):
-            lowest = min(lowest, errors[ACTION, m] - errors[OPTION, m])
-    for m in range(errors.shape[1]):
-        if kind == _MEAN:
-            total = 0.0
-            for level in range(levels):
-                total += errors[level, m]
-            priorities[0, m] = total / levels
-        else:
-            priorities[OPTION, m] = errors[OPTION, m]
-            priorities[ACTION, m] = max(errors[ACTION, m] - errors[OPTION, m] - lowest, 0.0)
+def _magnitude_with(errors: Floats32, level: int, begin: int, size: int, magnitude: Floats) -> float:
+    """Return a level's running magnitude, these errors in it; the first ones are the first magnitude."""
+    mean = 0.0
+    for k in range(size):
+        mean += abs(np.float64(errors[level, begin + k]))
+    mean /= size
+    rate = 1.0 if magnitude[level] == 0.0 else SCALE_RATE
+    magnitude[level] += rate * (mean - magnitude[level])
+    scale: float = max(magnitude[level], _SMALLEST)
+    return scale
 
 
 def make_sampler(method: Method, stream: np.random.Generator, levels: int, capacity: int) -> Sampler:

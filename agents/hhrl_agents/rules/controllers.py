@@ -10,44 +10,13 @@ from types import MappingProxyType
 
 import numpy as np
 
+from hhrl_agents.rules.tuning import PAPER_TUNING, Tuning
 from hhrl_envs import SUB_GOALS, Option, Scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
 
-COMFORT = 2.0
-"""Deceleration that a controller plans with [m/s^2]."""
-
-
-@dataclass(frozen=True)
-class Tuning:
-    """How the controllers of an agent drive.
-
-    The defaults are those of `RulePlus`. Its deceleration is the comfortable one of the other rules; the rest was
-    chosen once, for the highest mean return on the first 2,000 validation worlds of stop-line-v0; the optimum is flat.
-
-    Attributes:
-        headway: time gap to the front vehicle [s].
-        decel: deceleration that stops are planned with [m/s^2].
-        gap_margin: what the gap at a standstill exceeds d_0 of Eq. (dis) by [m]; a gap below d_0 counts as unsafe.
-        response: time in which a speed error is removed [s].
-        accel: acceleration of the follower [m/s^2].
-        predicted: whether the state that they are given is that of `one_lag_ahead`, so that no controller has to
-            reckon with the actuator's lag.
-    """
-
-    headway: float = 1.5
-    decel: float = COMFORT
-    gap_margin: float = 1.0
-    response: float = 1.0
-    accel: float = 1.5
-    predicted: bool = True
-
-
-PLUS_TUNING = Tuning()
-"""How `RulePlus` drives."""
-
-PAPER_TUNING = Tuning(headway=1.0, response=0.5, accel=2.0, predicted=False)
-"""How the rules of Table I drive. The headway is short, for the rule that always follows collides in 18% there."""
+SLOWEST = 0.05
+"""Floor of a speed in a denominator [m/s]."""
 
 Controller = Callable[[Floats], Floats]
 """Returns the wanted acceleration [B] [m/s^2] for the SI state [B, elements]."""
@@ -55,7 +24,7 @@ Controller = Callable[[Floats], Floats]
 
 @dataclass(frozen=True)
 class StopAtStopLine:
-    """Stop in the middle of the stop zone, along the speed profile of constant comfortable braking (SSL).
+    """Stop in the stop zone, along the speed profile of constant comfortable braking (SSL).
 
     The reference speed is v(x) = sqrt(2 b x) with x the way left to the aim. It is positive everywhere before the stop
     zone, so a vehicle that stands too early moves up instead of waiting or creeping. `lag` [s] is the time that passes
@@ -72,7 +41,8 @@ class StopAtStopLine:
     def for_scenario(cls, scenario: Scenario, tuning: Tuning = PAPER_TUNING) -> "StopAtStopLine":
         """Return the controller that stops in the scenario's stop zone with its vehicle."""
         road, lag = scenario.road, 0.0 if tuning.predicted else scenario.vehicle.lag
-        return cls(road.stop_zone / 2, road.speed_limit, lag, tuning.decel, tuning.response)
+        aim, limit = road.stop_zone * tuning.aim, road.speed_limit * tuning.speed_share
+        return cls(aim, limit, lag, tuning.decel, tuning.response)
 
     def __call__(self, state: Floats) -> Floats:
         """Return the wanted acceleration; see `Controller`."""
@@ -101,8 +71,8 @@ class FollowFrontVehicle:
     @classmethod
     def for_scenario(cls, scenario: Scenario, tuning: Tuning = PAPER_TUNING) -> "FollowFrontVehicle":
         """Return the controller that keeps more than the scenario's d_0 behind the front vehicle."""
-        gap = scenario.reward.safe_gap + tuning.gap_margin
-        return cls(scenario.road.speed_limit, gap, tuning.headway, tuning.accel, tuning.decel)
+        gap, limit = scenario.reward.safe_gap + tuning.gap_margin, scenario.road.speed_limit * tuning.speed_share
+        return cls(limit, gap, tuning.headway, tuning.accel, tuning.decel)
 
     def __call__(self, state: Floats) -> Floats:
         """Return the wanted acceleration; see `Controller`."""
@@ -114,8 +84,62 @@ class FollowFrontVehicle:
         return wanted
 
 
+@dataclass(frozen=True)
+class KeepSafeSpeed:
+    """Drive as fast as lets the vehicle stop behind the front vehicle if that brakes, at most as fast as allowed (FFV).
+
+    The safe speed v solves v T + v^2 / (2 b) = s + v_f^2 / (2 b_f), with the time gap T, the planned deceleration b,
+    the gap s beyond that at a standstill, and the deceleration b_f that the front vehicle is expected to brake with.
+    The wanted acceleration removes the speed error and adds the change of v itself, so that the vehicle starts with the
+    front vehicle and brakes with it. Source: Gipps, "A behavioural car-following model for computer simulation",
+    Transp. Res. B 15 (1981).
+    """
+
+    speed_limit: float
+    standstill_gap: float
+    headway: float
+    decel: float
+    leader_decel: float
+    response: float
+    accel: float
+
+    @classmethod
+    def for_scenario(cls, scenario: Scenario, tuning: Tuning) -> "KeepSafeSpeed":
+        """Return the controller that stands ``gap_margin`` further than the scenario's d_0 behind the front vehicle."""
+        return cls(
+            scenario.road.speed_limit * tuning.speed_share,
+            scenario.reward.safe_gap + tuning.gap_margin,
+            tuning.headway,
+            tuning.front_decel,
+            tuning.leader_decel,
+            tuning.response,
+            tuning.accel,
+        )
+
+    def __call__(self, state: Floats) -> Floats:
+        """Return the wanted acceleration; see `Controller`."""
+        speed, front_speed = state[:, obs.V_E], state[:, obs.V_F]
+        reaction, credit = self.decel * self.headway, self.decel / self.leader_decel * front_speed
+        room = np.maximum(state[:, obs.D_F] - self.standstill_gap, 0.0)
+        safe = np.sqrt(reaction * reaction + 2.0 * self.decel * room + credit * front_speed) - reaction
+        gained = self.decel * (front_speed - speed) + credit * state[:, obs.A_F]
+        change = np.where(safe < self.speed_limit, gained / (safe + reaction + SLOWEST), 0.0)
+        wanted = (np.minimum(safe, self.speed_limit) - speed) / self.response + change
+        return np.minimum(wanted, self.accel)
+
+
+FOLLOWERS: Mapping[str, Callable[[Scenario, Tuning], Controller]] = MappingProxyType(
+    {"idm": FollowFrontVehicle.for_scenario, "safe speed": KeepSafeSpeed.for_scenario}
+)
+"""The constructors of the controllers that follow, by the names that a `Tuning` has for them."""
+
+
+def _follower(scenario: Scenario, tuning: Tuning) -> Controller:
+    return FOLLOWERS[tuning.follower](scenario, tuning)
+
+
 CONTROLLERS: Mapping[Option, Callable[[Scenario, Tuning], Controller]] = MappingProxyType(
-    {Option.SSL: StopAtStopLine.for_scenario, Option.FFV: FollowFrontVehicle.for_scenario}
+    {Option.SSL: StopAtStopLine.for_scenario, Option.FFV: _follower}
 )
 """The constructor of each sub-goal's controller."""
 
@@ -130,6 +154,7 @@ class ControllerAgent:
     def __init__(self, scenario: Scenario, tuning: Tuning) -> None:
         self.option_mask: Flags = np.asarray(scenario.option_mask)
         self._levels = np.asarray(scenario.vehicle.levels, dtype=np.float64)
+        self._change, self._urgent = tuning.jerk * (scenario.vehicle.lag + scenario.dt), tuning.urgent
         self._controllers = [CONTROLLERS[sub_goal.option](scenario, tuning) for sub_goal in SUB_GOALS]
 
     def reset(self, mask: Flags) -> None:
@@ -137,7 +162,8 @@ class ControllerAgent:
 
     def act_with_option(self, observations: Floats32, option: Ints) -> Ints:
         """Return the actions of the options' controllers, int64 [B]; see `HierarchicalAgent.act_with_option`."""
-        return self.pursue(self.wanted(self.si_state(observations)), option)
+        state = self.si_state(observations)
+        return self.pursue(state, self.wanted(state), option)
 
     def si_state(self, observations: Floats32) -> Floats:
         """Return the state that the controllers read, float64 [B, elements] in SI units."""
@@ -147,29 +173,30 @@ class ControllerAgent:
         """Return the acceleration that each sub-goal's controller wants, [B, options] [m/s^2]."""
         return np.stack([controller(state) for controller in self._controllers], axis=1)
 
-    def pursue(self, wanted: Floats, option: Ints) -> Ints:
-        """Return the levels, int64 [B], nearest to what the controllers of the options want."""
-        return nearest_levels(self._levels, wanted[np.arange(len(option)), option])
+    def pursue(self, state: Floats, wanted: Floats, option: Ints) -> Ints:
+        """Return the levels, int64 [B], that `smooth_levels` takes for what the controllers of the options want."""
+        chosen = wanted[np.arange(len(option)), option]
+        return smooth_levels(self._levels, chosen, state[:, obs.A_E], self._change, self._urgent)
 
 
-def one_lag_ahead(state: Floats, lag: float) -> Floats:
-    """Return the SI state after `lag` [s] in which the accelerations of ego and front vehicle last.
+def predict(state: Floats, seconds: float) -> Floats:
+    """Return the SI state after `seconds` in which the accelerations of ego and front vehicle last.
 
     Speeds and distances are predicted; the elements that derive from them stay as they are.
     """
     ahead = state.copy()
     ego_way, front_way = (
-        _advance(state, ahead, speed, accel, lag) for speed, accel in ((obs.V_E, obs.A_E), (obs.V_F, obs.A_F))
+        _advance(state, ahead, speed, accel, seconds) for speed, accel in ((obs.V_E, obs.A_E), (obs.V_F, obs.A_F))
     )
     ahead[:, obs.D_D] = state[:, obs.D_D] - ego_way
     ahead[:, obs.D_F] = state[:, obs.D_F] + front_way - ego_way
     return ahead
 
 
-def _advance(state: Floats, ahead: Floats, speed: int, accel: int, lag: float) -> Floats:
-    """Write a vehicle's speed after the lag into `ahead`; return the way until then, [B] [m]."""
-    ahead[:, speed] = np.maximum(state[:, speed] + lag * state[:, accel], 0.0)
-    way: Floats = 0.5 * lag * (state[:, speed] + ahead[:, speed])
+def _advance(state: Floats, ahead: Floats, speed: int, accel: int, seconds: float) -> Floats:
+    """Write a vehicle's speed after that time into `ahead`; return the way until then, [B] [m]."""
+    ahead[:, speed] = np.maximum(state[:, speed] + seconds * state[:, accel], 0.0)
+    way: Floats = 0.5 * seconds * (state[:, speed] + ahead[:, speed])
     return way
 
 
@@ -180,3 +207,15 @@ def nearest_levels(levels: Floats, accelerations: Floats) -> Ints:
     """
     midpoints = (levels[1:] + levels[:-1]) / 2
     return np.searchsorted(midpoints, accelerations, side="left").astype(np.int64)
+
+
+def smooth_levels(levels: Floats, wanted: Floats, accel: Floats, change: float, urgent: float) -> Ints:
+    """Return the index of the level nearest to each wanted acceleration [B] that is within `change` of the present one.
+
+    Below -`urgent` any lower level will do. Where no level is within `change`, the one nearest to the present
+    acceleration is taken. All accelerations are in m/s^2; `levels` are ascending, [A].
+    """
+    lowest = np.where(wanted < -urgent, 0, np.searchsorted(levels, accel - change, side="left"))
+    highest = np.searchsorted(levels, accel + change, side="right") - 1
+    within = np.minimum(np.maximum(nearest_levels(levels, wanted), lowest), highest)
+    return np.where(lowest <= highest, within, nearest_levels(levels, accel)).astype(np.int64)

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hhrl_agents.agent import NO_OPTION, ClairvoyantAgent, Decision
-from hhrl_agents.rules.plans import Body, Caps, Goals, braking_reach, follow_rows, plan_rows
+from hhrl_agents.rules.plans import Body, Caps, Goals, follow_rows, plan_rows
 from hhrl_envs import Goal, Scenario, Simulator
 from hhrl_envs.arrays import Codes, Flags, Floats, Floats32, Ints
 from hhrl_envs.errors import InputError
+from hhrl_envs.scenario.limits import WEAKEST
 from hhrl_envs.scenario.scenario import GRAVITY
 
 COMFORTABLE = (-4.05, 2.40)
@@ -22,20 +23,50 @@ TOLERANCES = (0.1, 0.01)
 A wide aim takes fewer steps; a narrow one fits behind a front vehicle that stands in the zone itself.
 """
 
-KEPT_GAP = 1.0  # m; how much more than the near end of the band the oracle keeps to whom it follows
+KEPT_GAP = 1.0  # m; how much more than it must the oracle keeps to whom it follows
+
+
+class Manner(NamedTuple):
+    """How an ego drives to its goal.
+
+    Attributes:
+        gap: the free road [m] that it keeps to its front vehicle at least.
+        weakest, strongest: its accelerations [m/s^2].
+    """
+
+    gap: float = 0.0
+    weakest: float = -np.inf
+    strongest: float = np.inf
+
+    def levels(self, scenario: Scenario) -> Ints:
+        """Return the scenario's levels that it uses, as indices."""
+        levels = np.array(scenario.vehicle.levels)
+        return np.flatnonzero((levels >= self.weakest) & (levels <= self.strongest))
 
 
 class Future(NamedTuple):
-    """What B worlds hold in store for their egos.
+    """What B worlds hold in store for their egos, after 0, 1, 2, ... steps.
 
     Attributes:
-        motions: position [m], speed [m/s] and acceleration [m/s^2] of the egos now, float64 [B, 3].
-        ceilings: the positions [m] that an ego may not reach after 0, 1, 2, ... steps, float64 [B, horizon + 1]: the
-            rear of its front vehicle, or the line while a light is red.
+        motions: position [m], speed [m/s], acceleration [m/s^2] and jerk [m/s^3] of the egos now, float64 [B, 4].
+        rears: the positions [m] of the rear of their front vehicles, float64 [B, horizon + 1].
+        closed: the first positions [m] behind the line while its light is red, else infinite, float64 [B, horizon + 1].
+        grips: the most that the road lets the egos accelerate and brake with [m/s^2], float64 [B].
     """
 
     motions: Floats
-    ceilings: Floats
+    rears: Floats
+    closed: Floats
+    grips: Floats
+
+    def ceilings(self, gap: float) -> Floats:
+        """Return the positions [m], float64 [B, horizon + 1], that egos which keep a gap may not reach."""
+        ceilings: Floats = np.minimum(self.rears - gap, self.closed)
+        return ceilings
+
+
+ANY = Manner()
+"""All that the vehicle can do."""
 
 
 class Plans(NamedTuple):
@@ -63,32 +94,33 @@ def foresee(simulator: Simulator) -> Future:
         raise InputError(f"the oracle foresees scripted traffic alone; {scenario.id} has learned front vehicles")
     ahead, brake = Simulator(scenario, rows), np.zeros(rows, np.int64)
     ahead.restore(simulator.state())
-    ceilings = np.empty((scenario.horizon + 1, rows))
-    for ceiling in ceilings:
-        ceiling[:] = ahead.motion(1)[:, 0] - scenario.vehicle.length
+    rears, closed = np.empty((rows, scenario.horizon + 1)), np.full((rows, scenario.horizon + 1), np.inf)
+    for t in range(scenario.horizon + 1):
+        rears[:, t] = ahead.motion(1)[:, 0] - scenario.vehicle.length
         if scenario.signal is not None:
-            np.minimum(ceiling, np.nextafter(ahead.lines, np.inf), out=ceiling)
+            closed[:, t] = np.nextafter(ahead.lines, np.inf)
         ahead.step(brake)
-    return Future(simulator.motion(0), np.ascontiguousarray(ceilings.T))
+    return Future(simulator.motion(0), rears, closed, simulator.friction * GRAVITY)
 
 
-def quickest(future: Future, scenario: Scenario, weakest: float = -np.inf, strongest: float = np.inf) -> Plans:
-    """Return the quickest plans to the scenario's goal with the levels from ``weakest`` to ``strongest`` [m/s^2].
+def quickest(future: Future, scenario: Scenario, manner: Manner = ANY) -> Plans:
+    """Return the quickest plans to the scenario's goal in this manner, with the levels that it allows.
 
     Where the goal is to follow, time is no matter: the plans keep near the front vehicle until the horizon.
     """
-    levels, body = np.array(scenario.vehicle.levels), _body(scenario)
-    caps = _caps(levels, np.flatnonzero((levels >= weakest) & (levels <= strongest)), body)
+    levels, body, ceilings = np.array(scenario.vehicle.levels), _body(scenario), future.ceilings(manner.gap)
+    usable, grips = manner.levels(scenario), future.grips
+    caps = Caps(int(usable[0]), int(usable[-1]))
     if scenario.goal == Goal.FOLLOW:
-        plans = _all_braking(future, scenario, caps)
-        follow_rows(*future, scenario.band.low + KEPT_GAP, levels, caps, body, *plans)
+        plans, band = _all_braking(future, scenario, caps), max(scenario.band.low - manner.gap, 0.0)
+        follow_rows(future.motions, ceilings, band + KEPT_GAP, levels, caps, body, grips, *plans)
         return plans
     road, passing = scenario.road, scenario.goal == Goal.PASS
     ends, found = np.array([scenario.route_end] if passing else road.lines), []
     for tolerance in TOLERANCES:
         found.append(_all_braking(future, scenario, caps))
         goals = Goals(road.stop_zone, road.stop_speed, tolerance * road.stop_zone, passing)
-        plan_rows(*future, ends, levels, caps, goals, body, *found[-1])
+        plan_rows(future.motions, ceilings, ends, levels, caps, goals, body, grips, *found[-1])
     return quicker(*found)
 
 
@@ -106,20 +138,26 @@ def _all_braking(future: Future, scenario: Scenario, caps: Caps) -> Plans:
 
 
 def _body(scenario: Scenario) -> Body:
-    vehicle, road, dt = scenario.vehicle, scenario.road, scenario.dt
+    vehicle, dt = scenario.vehicle, scenario.dt
     gain, most = dt / (vehicle.lag + dt), vehicle.jerk_limit * dt
-    return Body(dt, gain, most, road.friction * GRAVITY, road.speed_limit)
+    return Body(dt, gain, most, scenario.road.speed_limit)
 
 
-def _caps(levels: Floats, usable: Ints, body: Body) -> Caps:
-    brake, throttle = int(usable[0]), int(usable[-1])
-    return Caps(brake, throttle, braking_reach(levels[throttle], levels[brake], body))
+def manners(scenario: Scenario) -> tuple[Manner, ...]:
+    """Return how the oracle drives: in the first of these manners that leads to the goal.
+
+    Comfortable ones are those of a vehicle that has a brake and a throttle within `COMFORTABLE`.
+    """
+    comfortable = Manner(scenario.reward.safe_gap, *COMFORTABLE), Manner(0.0, *COMFORTABLE)
+    used = np.array(scenario.vehicle.levels)[comfortable[0].levels(scenario)]
+    return (*comfortable, ANY) if used.size and used[0] <= -WEAKEST and used[-1] >= WEAKEST else (ANY,)
 
 
 class Oracle:
-    """A `ClairvoyantAgent` that takes the quickest way to the goal with `COMFORTABLE` accelerations.
+    """A `ClairvoyantAgent` that takes the quickest way to the goal, comfortably and at the safe gap where it can.
 
-    Where none of these leads there, it uses all that the vehicle can do.
+    Where no way of `COMFORTABLE` accelerations that keeps the gap d_0 leads there, it gives up the gap, and then the
+    comfort; see `manners`.
 
     Attributes:
         fewest: the steps to the goal of the quickest way that the vehicle can take, int64 [B]; 0 where none was found.
@@ -132,9 +170,11 @@ class Oracle:
     def foresee(self, simulator: Simulator) -> None:
         """Plan for all worlds; see `ClairvoyantAgent.foresee`."""
         future = foresee(simulator)
-        hard, comfortable = (quickest(future, self._scenario, *bounds) for bounds in ((), COMFORTABLE))
-        self.fewest = quicker(hard, comfortable).steps
-        self._actions = np.where(comfortable.steps[:, None] > 0, comfortable.actions, hard.actions)
+        found = [quickest(future, self._scenario, manner) for manner in manners(self._scenario)]
+        self.fewest = quicker(*found).steps
+        leads = np.stack([plans.steps for plans in found]) > 0
+        chosen, rows = leads.argmax(axis=0), np.arange(len(self.fewest))
+        self._actions = np.stack([plans.actions for plans in found])[chosen, rows]
         self._step = 0
 
     def reset(self, mask: Flags) -> None:

@@ -6,7 +6,8 @@ from types import MappingProxyType
 import numpy as np
 
 from hhrl_agents.agent import Decision
-from hhrl_agents.rules.controllers import PAPER_TUNING, ControllerAgent
+from hhrl_agents.rules.controllers import ControllerAgent
+from hhrl_agents.rules.tuning import PAPER_TUNING
 from hhrl_envs import Option, Scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.arrays import Flags, Floats, Floats32, Ints
@@ -27,7 +28,7 @@ class RuleAgent(ControllerAgent):
         """Return the rule's option and the controller's action, int64 [B] each; see `Agent.act`."""
         state = self.si_state(observations)
         option = self._select(state)
-        return Decision(option, self.pursue(self.wanted(state), option))
+        return Decision(option, self.pursue(state, self.wanted(state), option))
 
     def select(self, observations: Floats32) -> Ints:
         """Return the rule's option alone, int64 [B], for observations float32 [B, elements]."""

@@ -8,31 +8,46 @@ nothing, found by bisection, therefore gives the quickest stop, but for the actu
 and discrete levels leave no choice about.
 """
 
+from math import inf
 from typing import NamedTuple
+
+import numpy as np
 
 from hhrl_envs.arrays import Codes, Floats, Ints
 from hhrl_envs.simulation.dynamics import actuate
 from hhrl_envs.simulation.engine.compilation import inner, kernel
 
 HAIR = 1e-6  # m; more than rounding takes
+FOLLOW_SPEED_GAIN, FOLLOW_GAP_GAIN = 1.0, 0.25  # 1/s and 1/s^2: the gap settles without swinging
+FOLLOW_SLACK = 1.0  # m; the room for what discrete levels cannot do
 
 
 class Body(NamedTuple):
-    """How an ego moves: the simulator's numbers; see ``hhrl_envs.simulation.dynamics``."""
+    """How an ego moves: the simulator's numbers; see ``hhrl_envs.simulation.dynamics``.
+
+    The ``grip`` is that of a world's road; see `of_world`.
+    """
 
     dt: float
     gain: float
     most: float
-    grip: float
     limit: float
+    grip: float = inf
+
+
+MOST_MOVES = 10_000_000
+"""Steps that the search for one plan may drive ahead in all; where it takes more, no plan is found."""
 
 
 class Caps(NamedTuple):
-    """The strongest levels that a plan uses, as indices, and the metres within which their brake always stops."""
+    """The strongest levels that a plan uses, as indices, and the metres within which their brake always stops.
+
+    This ``reach`` is a world's, as its road's grip is; see `of_world`.
+    """
 
     brake: int
     throttle: int
-    reach: float
+    reach: float = inf
 
 
 class Goals(NamedTuple):
@@ -62,40 +77,60 @@ def drive(motion: Motion, target: float, body: Body) -> Motion:
 
 
 @inner
-def stop(motion: Motion, brake: float, body: Body) -> float:
-    """Return the position at which an ego that brakes from now on stands."""
+def stop(motion: Motion, brake: float, body: Body, left: Ints) -> float:
+    """Return the position at which an ego that brakes from now on stands; infinite where no moves are ``left``."""
     while motion[1] > 0.0:
+        if left[0] <= 0:
+            return inf
+        left[0] -= 1
         motion = drive(motion, brake, body)
     return motion[0]
 
 
-@kernel
+@inner
 def braking_reach(accel: float, brake: float, body: Body) -> float:
     """Return the metres that an ego at the speed limit, with this acceleration, takes to stop."""
-    return stop((0.0, body.limit, accel), brake, body)
+    return stop((0.0, body.limit, accel), brake, body, np.full(1, MOST_MOVES))
 
 
 @inner
-def approach(motion: Motion, line: float, levels: Floats, caps: Caps, goals: Goals, body: Body) -> int:
+def of_world(body: Body, caps: Caps, levels: Floats, grip: float) -> tuple[Body, Caps]:
+    """Return how an ego moves on the road of one world, and the reach of its brake there."""
+    own = Body(body.dt, body.gain, body.most, body.limit, grip)
+    return own, Caps(caps.brake, caps.throttle, braking_reach(levels[caps.throttle], levels[caps.brake], own))
+
+
+@inner
+def can_stop(motion: Motion, aim: float, brake: float, reach: float, body: Body, left: Ints) -> bool:
+    """Return whether an ego that brakes from now on stands no further than ``aim``."""
+    return motion[0] + reach <= aim or stop(motion, brake, body, left) <= aim
+
+
+@inner
+def approach(motion: Motion, line: float, levels: Floats, caps: Caps, goals: Goals, body: Body, left: Ints) -> int:
     """Return the level that stops an ego soonest before a line.
 
-    It is the brake once that stops within the zone; until then the highest level after which it still can.
+    It is the brake once that stops within the zone; until then the highest level after which it still can. A lower
+    level never takes it further, so that one is found by bisection.
     """
     brake, near = levels[caps.brake], line - goals.zone + HAIR
-    if motion[0] + caps.reach >= near and stop(motion, brake, body) >= near:
+    if motion[0] + caps.reach >= near and stop(motion, brake, body, left) >= near:
         return caps.brake
-    aim = near + goals.tolerance
-    for level in range(caps.throttle, caps.brake, -1):
-        moved = drive(motion, levels[level], body)
-        if moved[0] + caps.reach <= aim or stop(moved, brake, body) <= aim:
-            return level
-    return caps.brake
+    aim, able, unable = near + goals.tolerance, caps.brake, caps.throttle + 1
+    level = caps.throttle
+    while unable - able > 1:
+        if can_stop(drive(motion, levels[level], body), aim, brake, caps.reach, body, left):
+            able = level
+        else:
+            unable = level
+        level = (able + unable) // 2
+    return able
 
 
 @inner
 def launch_at(
     launch: int, first: int, motion: Motion, line: float, passing: bool, ceiling: Floats, levels: Floats, caps: Caps,
-    goals: Goals, body: Body, actions: Codes,
+    goals: Goals, body: Body, left: Ints, actions: Codes,
 ) -> tuple[int, Motion]:  # fmt: skip
     """Drive to a line from the step ``first`` on, braking until ``launch``, and write the actions.
 
@@ -103,7 +138,8 @@ def launch_at(
     the positions that it may not reach, float64 [horizon + 1], and horizon + 1 where the time is over before.
     """
     t, horizon = first, actions.size
-    while t < horizon:
+    while t < horizon and left[0] > 0:
+        left[0] -= 1
         if t < launch and motion[1] == 0.0 and motion[2] == 0.0:
             standing = min(launch, horizon)
             actions[t:standing] = caps.brake
@@ -111,7 +147,7 @@ def launch_at(
             continue
         action = caps.brake
         if t >= launch:
-            action = caps.throttle if passing else approach(motion, line, levels, caps, goals, body)
+            action = caps.throttle if passing else approach(motion, line, levels, caps, goals, body, left)
         actions[t] = action
         motion = drive(motion, levels[action], body)
         t += 1
@@ -126,48 +162,60 @@ def launch_at(
 @inner
 def leg(
     first: int, motion: Motion, line: float, passing: bool, ceiling: Floats, levels: Floats, caps: Caps, goals: Goals,
-    body: Body, actions: Codes,
+    body: Body, left: Ints, actions: Codes,
 ) -> tuple[int, Motion]:  # fmt: skip
     """Drive to a line as `launch_at` does, with the earliest launch that does not come to the ceiling."""
     too_early, early_enough = first - 1, actions.size
     launch = first
     while early_enough - too_early > 1:
-        done, _ = launch_at(launch, first, motion, line, passing, ceiling, levels, caps, goals, body, actions)
+        done, _ = launch_at(launch, first, motion, line, passing, ceiling, levels, caps, goals, body, left, actions)
         if done < 0:
             too_early = launch
         else:
             early_enough = launch
         launch = (too_early + early_enough) // 2
-    return launch_at(early_enough, first, motion, line, passing, ceiling, levels, caps, goals, body, actions)
+    return launch_at(early_enough, first, motion, line, passing, ceiling, levels, caps, goals, body, left, actions)
 
 
 @kernel
 def plan_rows(
     motions: Floats, ceilings: Floats, lines: Floats, levels: Floats, caps: Caps, goals: Goals, body: Body,
-    steps: Ints, actions: Codes,
+    grips: Floats, steps: Ints, actions: Codes,
 ) -> None:  # fmt: skip
-    """Plan the quickest way along all ``lines`` for every row of ``motions``, float64 [B, 3].
+    """Plan the quickest way along all ``lines`` for every row of ``motions``, float64 [B, 4].
 
-    ``ceilings``, float64 [B, horizon + 1], are the positions that an ego may not reach. ``steps``, int64 [B], becomes
-    the steps until the end, or 0 where no plan comes there in time; ``actions``, int8 [B, horizon], the levels.
+    ``ceilings``, float64 [B, horizon + 1], are the positions that an ego may not reach, ``grips``, float64
+    [B], those of the roads. ``steps``, int64 [B], becomes the steps until the end, or 0 where no plan comes there in
+    time; ``actions``, int8 [B, horizon], the levels.
     """
     for row in range(steps.size):
-        motion, done = (motions[row, 0], motions[row, 1], motions[row, 2]), 0
+        own, limits = of_world(body, caps, levels, grips[row])
+        motion, done, left = (motions[row, 0], motions[row, 1], motions[row, 2]), 0, np.full(1, MOST_MOVES)
         for place in range(lines.size):
             if 0 <= done <= actions.shape[1]:
                 passing = goals.passing and place == lines.size - 1
                 done, motion = leg(
-                    done, motion, lines[place], passing, ceilings[row], levels, caps, goals, body, actions[row]
+                    done, motion, lines[place], passing, ceilings[row], levels, limits, goals, own, left, actions[row]
                 )
-        steps[row] = done if 0 < done <= actions.shape[1] else 0
+        steps[row] = done if 0 < done <= actions.shape[1] and left[0] > 0 else 0
 
 
 @inner
-def stays_behind(motion: Motion, t: int, gap: float, ceiling: Floats, brake: float, body: Body) -> bool:
+def follow(motion: Motion, gap: float, now: float, then: float, body: Body) -> float:
+    """Return the acceleration that brings an ego softly to ``gap`` metres below a ceiling, now and a step later."""
+    speed_error = (then - now) / body.dt - motion[1]
+    return FOLLOW_SPEED_GAIN * speed_error + FOLLOW_GAP_GAIN * (now - motion[0] - gap - FOLLOW_SLACK)
+
+
+@inner
+def stays_behind(
+    motion: Motion, t: int, gap: float, ceiling: Floats, brake: float, body: Body, left: Ints
+) -> bool:  # fmt: skip
     """Return whether an ego that brakes from the step ``t`` on stands without coming within ``gap`` of the ceiling."""
-    while t < ceiling.size and motion[0] + gap < ceiling[t]:
+    while t < ceiling.size and motion[0] + gap < ceiling[t] and left[0] > 0:
         if motion[1] == 0.0:
             return True
+        left[0] -= 1
         motion = drive(motion, brake, body)
         t += 1
     return t == ceiling.size
@@ -175,25 +223,31 @@ def stays_behind(motion: Motion, t: int, gap: float, ceiling: Floats, brake: flo
 
 @kernel
 def follow_rows(
-    motions: Floats, ceilings: Floats, gap: float, levels: Floats, caps: Caps, body: Body, steps: Ints, actions: Codes
-) -> None:
+    motions: Floats, ceilings: Floats, gap: float, levels: Floats, caps: Caps, body: Body, grips: Floats, steps: Ints,
+    actions: Codes,
+) -> None:  # fmt: skip
     """Plan to drive up to ``gap`` metres below the ceilings and keep there until the horizon; see `plan_rows`.
 
-    Every step takes the highest level after which braking still keeps the gap. A plan that comes to a ceiling all the
-    same has 0 ``steps``.
+    Every step takes the highest level, but for the strongest brake, that lies no more than half a level above what
+    `follow` asks for and after which braking still keeps the gap; the level next to that brake counts as
+    asked for. Where there is none it takes the strongest brake. A plan that comes to a ceiling all the same has 0
+    ``steps``.
     """
     for row in range(steps.size):
-        motion = (motions[row, 0], motions[row, 1], motions[row, 2])
+        motion, left = (motions[row, 0], motions[row, 1], motions[row, 2]), np.full(1, MOST_MOVES)
+        own, _ = of_world(body, caps, levels, grips[row])
         steps[row] = actions.shape[1]
         for t in range(actions.shape[1]):
             chosen = caps.brake
+            wanted = follow(motion, gap, ceilings[row, t], ceilings[row, t + 1], own)
             for level in range(caps.throttle, caps.brake, -1):
-                moved = drive(motion, levels[level], body)
-                if stays_behind(moved, t + 1, gap, ceilings[row], levels[caps.brake], body):
+                moved = drive(motion, levels[level], own)
+                near = level == caps.brake + 1 or 0.5 * (levels[level] + levels[level - 1]) <= wanted
+                if near and stays_behind(moved, t + 1, gap, ceilings[row], levels[caps.brake], own, left):
                     chosen = level
                     break
             actions[row, t] = chosen
-            motion = drive(motion, levels[chosen], body)
-            if motion[0] >= ceilings[row, t + 1]:
+            motion = drive(motion, levels[chosen], own)
+            if motion[0] >= ceilings[row, t + 1] or left[0] <= 0:
                 steps[row] = 0
                 break

@@ -38,6 +38,7 @@ ROAD = {
     "start_distance": Limits(0.0, 500.0, "metres"),
     "start_speed": Limits(0.0, 100.0, "m/s"),
 }
+SLIPPERY = {"share": Limits(0.0, 1.0, "a share"), "friction": ROAD["friction"]}
 
 SIGNAL = {"green_at": Limits(0.0, 1e5, "seconds")}
 
@@ -55,6 +56,13 @@ SENSOR = {
     "noise_speed": Limits(0.0, 1000.0, "a standard deviation in m/s"),
     "noise_accel": Limits(0.0, 1000.0, "a standard deviation in m/s^2"),
     "delay": Limits(0, 50, "steps"),
+    "dropout": Limits(0.0, 0.95, "a share"),
+    "dropout_time": Limits(0.001, 1000.0, "seconds"),
+}
+GHOSTS = {
+    "share": Limits(0.0, 1.0, "a share"),
+    "stretch": Limits(10.0, 1000.0, "metres"),
+    "near": Limits(0.5, 1000.0, "metres"),
 }
 
 TRAFFIC = {"gap": Limits(1.0, 1000.0, "metres"), "speed": Limits(0.0, 100.0, "m/s")}

@@ -5,18 +5,18 @@ Lengths are metres, times seconds, speeds m/s, accelerations m/s^2, jerk m/s^3. 
 ego starts at a negative position and drives towards it.
 """
 
-import hashlib
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from math import ceil
-from operator import methodcaller
+from typing import Literal
 
 from hhrl_envs import observation
 from hhrl_envs.errors import InputError
 from hhrl_envs.scenario import limits
+from hhrl_envs.scenario.hashing import ADDITION, counted, digest
 from hhrl_envs.scenario.limits import intervals, numbers
 from hhrl_envs.scenario.profiles import ProfileFamily, Range
+from hhrl_envs.scenario.sensors import Sensor
 from hhrl_envs.scenario.validation import (
     agree,
     ascending,
@@ -26,6 +26,7 @@ from hhrl_envs.scenario.validation import (
     instances,
     integer,
     is_integer,
+    one_of,
     optional,
     shares,
     text,
@@ -75,11 +76,28 @@ class Vehicle:
 
 
 @dataclass(frozen=True)
+class Slippery:
+    """A road that is more slippery in some worlds, or less, and looks the same in all of them.
+
+    In a ``share`` of the worlds the road's friction is drawn from the range ``friction`` instead. In all worlds of such
+    a scenario friction also cuts the throttle of scripted vehicles.
+    """
+
+    share: float
+    friction: Range
+
+    def __post_init__(self) -> None:
+        """Reject values without a meaning."""
+        check(self, **numbers(limits.SLIPPERY, "share"), **intervals(limits.SLIPPERY, "friction"))
+
+
+@dataclass(frozen=True)
 class Road:
     """The approach: speed limit, stop-lines, stop window ``0 <= d_d <= stop_zone`` at ``v_e < stop_speed``, start.
 
     ``lines`` are the positions of none, one or two stop-lines; the ego starts ``start_distance`` metres before
-    position 0. ``friction`` times 9.81 m/s^2 is the most that any vehicle brakes or accelerates with.
+    position 0. ``friction`` times 9.81 m/s^2 is the most that any vehicle brakes and any agent accelerates with; no
+    observation tells it. It differs from world to world where the road is ``slippery``.
     """
 
     speed_limit: float = 12.0
@@ -89,6 +107,7 @@ class Road:
     friction: float = 1.0
     start_distance: Range = (55.0, 85.0)
     start_speed: Range = (5.0, 10.0)
+    slippery: Slippery | None = field(default=None, metadata=ADDITION)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
@@ -97,10 +116,17 @@ class Road:
             lines=ascending(0, 2, *limits.ROAD["lines"][:2], "none, one or two stop-lines in metres, such as (0.0,)"),
             **numbers(limits.ROAD, "speed_limit", "stop_zone", "stop_speed", "friction"),
             **intervals(limits.ROAD, "start_distance", "start_speed"),
+            slippery=optional(instance(Slippery)),
         )
         before, slow = self.stop_zone <= self.start_distance[0], self.start_speed[1] <= self.speed_limit
         agree(self, before, "start_distance", "stop_zone", write="a start_distance of at least stop_zone")
         agree(self, slow, "start_speed", "speed_limit", write="a start_speed of at most speed_limit")
+
+    @property
+    def frictions(self) -> Range:
+        """The least and the largest friction that a world may have."""
+        low, high = self.slippery.friction if self.slippery else (self.friction, self.friction)
+        return min(low, self.friction), max(high, self.friction)
 
 
 @dataclass(frozen=True)
@@ -130,31 +156,6 @@ class Band:
         """Reject values without a meaning."""
         check(self, **numbers(limits.BAND, "low", "high", "headway", "share"))
         agree(self, self.low < self.high, "low", "high", write="a low below high")
-
-
-@dataclass(frozen=True)
-class Sensor:
-    """What the agents' sensors do: ranges, normal noise on the base quantities (standard deviations), delay in steps.
-
-    Safety distances are computed from the noisy quantities; rewards and outcomes use the truth.
-    """
-
-    front_range: float = 100.0
-    line_range: float = 100.0
-    noise_distance: float = 0.0
-    noise_speed: float = 0.0
-    noise_accel: float = 0.0
-    delay: int = 0
-
-    def __post_init__(self) -> None:
-        """Reject values without a meaning."""
-        measured = ("front_range", "line_range", "noise_distance", "noise_speed", "noise_accel")
-        check(self, **numbers(limits.SENSOR, *measured), delay=integer(*limits.SENSOR["delay"]))
-
-    @property
-    def perfect(self) -> bool:
-        """Whether the agents see the truth."""
-        return self.delay == 0 and self.noise_distance == self.noise_speed == self.noise_accel == 0.0
 
 
 @dataclass(frozen=True)
@@ -190,7 +191,9 @@ class Reward:
 
     The defaults are those that the paper's Table I implies. ``safe_gap`` is d_0 of Eq. (dis). The paper gives its jerk
     threshold of 1 no unit; here it is in m/s^3. ``timeout_scale`` multiplies the timeout penalty d_d^2 (1 is the
-    paper's).
+    paper's). ``unsafe`` is how the unsafe terms are read, -exp(x) with x = -d_c / d_s. As printed, x has no bound past
+    the line, where d_ds goes to 0 with v_e. "floored" takes d_ds as at least 0.5 m and x as at most 1. "printed" floors
+    nothing, and takes x as at most 32 so that nothing overflows.
     """
 
     sigma_1: float = 0.01
@@ -201,10 +204,12 @@ class Reward:
     positive_jerk_only: bool = False
     safe_gap: float = 5.0
     timeout_scale: float = 0.01
+    unsafe: Literal["floored", "printed"] = field(default="floored", metadata=ADDITION)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning."""
         check(self, **numbers(limits.REWARD, *limits.REWARD), positive_jerk_only=flag())
+        check(self, unsafe=one_of("floored", "printed"))
 
 
 @dataclass(frozen=True)
@@ -240,14 +245,14 @@ class Scenario:
     sensor: Sensor = Sensor()
     reward: Reward = Reward()
     goal: Goal = Goal.STOP
-    signal: Signal | None = None
+    signal: Signal | None = field(default=None, metadata=ADDITION)
     route_end: float = 40.0
     band: Band = Band()
     dt: float = 0.1
     horizon: int = 600
     feasible_only: bool = True
-    learned_fronts: int | None = None
-    adversary: Adversary | None = None
+    learned_fronts: int | None = field(default=None, metadata=ADDITION)
+    adversary: Adversary | None = field(default=None, metadata=ADDITION)
 
     def __post_init__(self) -> None:
         """Reject values without a meaning or that contradict each other."""
@@ -330,13 +335,14 @@ class Scenario:
 
     @property
     def plain(self) -> bool:
-        """Whether the world is nothing but a road with one line to stop at."""
-        return self.goal == Goal.STOP and len(self.road.lines) == 1 and self.signal is None
+        """Whether the world is nothing but a road with one line to stop at, and its reward and road are as usual."""
+        usual = self.reward.unsafe == "floored" and self.road.slippery is None
+        return self.goal == Goal.STOP and len(self.road.lines) == 1 and self.signal is None and usual
 
     @property
     def spec_hash(self) -> str:
-        """The SHA-256 of the scenario's data: equal hashes mean equal worlds. A part that is None does not count."""
-        return _digest({part: value for part, value in asdict(self).items() if value is not None})
+        """The SHA-256 of the scenario's data: equal hashes mean equal worlds. An addition counts where it is used."""
+        return digest(counted(self))
 
     @property
     def interface_hash(self) -> str:
@@ -346,16 +352,10 @@ class Scenario:
             "options": [goal.spelling for goal in SUB_GOALS],
             "levels": self.vehicle.levels,
         }
-        return _digest(sets)
+        return digest(sets)
 
     @property
     def clear_by(self) -> float:
         """The time in seconds by which the goal's place must be free, so that the last metres can be walked."""
         queue = self.reward.safe_gap + self.vehicle.length + self.road.stop_zone
         return self.dt * self.horizon - queue / WALKING_PACE
-
-
-def _digest(data: object) -> str:
-    """Return the SHA-256 of the data as JSON; numbers of numpy count as Python's."""
-    stored = json.dumps(data, sort_keys=True, allow_nan=False, default=methodcaller("item"))
-    return hashlib.sha256(stored.encode()).hexdigest()

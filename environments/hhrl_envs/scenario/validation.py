@@ -106,6 +106,11 @@ def text(pattern: str, allowed: str) -> Rule:
     return Rule(lambda value: isinstance(value, str) and re.fullmatch(pattern, value) is not None, allowed)
 
 
+def one_of(*names: str) -> Rule:
+    """Return the rule of a string that is one of these."""
+    return Rule(lambda value: isinstance(value, str) and value in names, f"one of: {', '.join(names)}")
+
+
 def instance(kind: type) -> Rule:
     """Return the rule of an instance of a class; of an enumeration, its members are named."""
     members = [f"{kind.__name__}.{member.name}" for member in kind] if issubclass(kind, Enum) else None

@@ -4,7 +4,8 @@ import numpy as np
 
 from hhrl_envs.arrays import Floats
 from hhrl_envs.scenario.profiles import PARAMETERS, ProfileFamily
-from hhrl_envs.scenario.scenario import GRAVITY, Adversary, Goal, Scenario
+from hhrl_envs.scenario.scenario import Adversary, Goal, Scenario
+from hhrl_envs.scenario.sensors import Ghosts
 from hhrl_envs.simulation.engine import layout
 from hhrl_envs.simulation.engine.layout import FAMILY_TABLE_WIDTH, SLOW_CHANCE, STYLE_SHARES, WEIGHT
 from hhrl_envs.simulation.traffic import guard_margin
@@ -39,7 +40,8 @@ def _physics(scenario: Scenario) -> dict[int, float]:
         layout.JERK_STEP: vehicle.jerk_limit * scenario.dt,
         layout.EGO_MIN_ACCEL: vehicle.levels[0],
         layout.THROTTLE: vehicle.levels[-1],
-        layout.GRIP: road.friction * GRAVITY,
+        layout.FRICTION: road.friction,
+        layout.FREE_THROTTLE: 0.0 if road.slippery else np.inf,
         layout.GUARD: guard_margin(scenario),
         layout.SPEED_LIMIT: road.speed_limit,
         layout.FIRST_LINE: lines[0] if lines else layout.FAR,
@@ -70,6 +72,7 @@ def _judgement(scenario: Scenario) -> dict[int, float]:
         layout.SIGMA_4: reward.sigma_4,
         layout.JERK_THRESHOLD: reward.jerk_threshold,
         layout.POSITIVE_JERK_ONLY: reward.positive_jerk_only,
+        layout.PRINTED_UNSAFE: reward.unsafe == "printed",
         layout.SAFE_GAP: reward.safe_gap,
         layout.PER_TWICE_DECEL: 1.0 / (2.0 * scenario.vehicle.max_decel),
         layout.TIMEOUT_SCALE: reward.timeout_scale,
@@ -83,26 +86,33 @@ def _judgement(scenario: Scenario) -> dict[int, float]:
 
 
 def _draws(scenario: Scenario) -> dict[int, float]:
-    road, traffic = scenario.road, scenario.traffic
+    road, traffic, slippery = scenario.road, scenario.traffic, scenario.road.slippery
     ranges = {
         layout.START_LOW: road.start_distance,
         layout.START_SPEED_LOW: road.start_speed,
         layout.GAP_LOW: traffic.gap,
         layout.FRONT_SPEED_LOW: traffic.speed,
+        layout.SLIPPERY_LOW: slippery.friction if slippery else road.frictions,
         layout.GREEN_LOW: scenario.signal.green_at if scenario.signal else (layout.FAR, layout.FAR),
     }
     numbers = {place + end: drawn[end] for place, drawn in ranges.items() for end in (0, 1)}
-    return {**numbers, layout.SIGNAL: scenario.signal is not None}
+    share = slippery.share if slippery else 0.0
+    return {**numbers, layout.SIGNAL: scenario.signal is not None, layout.SLIPPERY_SHARE: share}
 
 
 def _perception(scenario: Scenario) -> dict[int, float]:
-    sensor = scenario.sensor
+    sensor, ghosts = scenario.sensor, scenario.sensor.ghosts or Ghosts(share=0.0)
     return {
         layout.FRONT_RANGE: sensor.front_range,
         layout.LINE_RANGE: sensor.line_range,
         layout.NOISE_SPEED: sensor.noise_speed,
         layout.NOISE_ACCEL: sensor.noise_accel,
         layout.NOISE_DISTANCE: sensor.noise_distance,
+        layout.DROPOUT: sensor.dropout,
+        layout.DROPOUT_STEPS: max(round(sensor.dropout_time / scenario.dt), 1),
+        layout.GHOSTS: ghosts.share,
+        layout.GHOST_STRETCH: ghosts.stretch,
+        layout.GHOST_NEAR: ghosts.near,
     }
 
 

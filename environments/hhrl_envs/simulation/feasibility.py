@@ -13,7 +13,7 @@ fully runs along with the episode, and the verdict is known when the ego's episo
 from math import sqrt
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.scenario import FOLLOW, STOP
+from hhrl_envs.scenario.scenario import FOLLOW, GRAVITY, STOP
 from hhrl_envs.simulation.dynamics import actuate, braking_distance, longest_braking
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, unsigned
@@ -21,7 +21,28 @@ from hhrl_envs.simulation.engine.layout import FAR
 from hhrl_envs.simulation.traffic import HARDEST_DECEL
 
 SELDOM = 500.0  # m; slow-downs this far apart happen once before the line
+SURE_GRIP = 1.5  # m/s^2; on a road with less, whoever closes up to a queue takes longer than `latest_clearing` allows
 MARGIN = 0.01  # m; more than rounding takes, or a scripted vehicle that stands as soon as it only creeps
+
+
+@inner
+def bounds_hold(m: Floats, s: int, fronts: int, c: Floats) -> bool:
+    """Return whether the road of the ego ``s`` has the grip that the bounds below count on; else they say nothing.
+
+    It must carry every front vehicle's own acceleration, and stop each behind its leader from the start on. The bounds
+    hold where a scenario's road is never ``Slippery``.
+    """
+    if c[at.FREE_THROTTLE] > 0.0:
+        return True
+    grip = m[s + at.ROAD_FRICTION] * GRAVITY
+    hardest, sure = min(HARDEST_DECEL, grip), grip >= SURE_GRIP
+    for k in range(1, fronts + 1):
+        here = s + unsigned(k) * at.VEHICLE
+        leader = here + at.VEHICLE
+        room = m[leader + at.POSITION] - c[at.LENGTH] - m[here + at.POSITION] - c[at.GUARD]
+        own, ahead = m[here + at.SPEED], m[leader + at.SPEED]
+        sure &= (m[here + at.MAX_ACCEL] <= grip) & (own * own <= ahead * ahead + 2.0 * hardest * room)
+    return bool(sure)
 
 
 @inner
@@ -65,13 +86,13 @@ def surely_survives(m: Floats, s: int, c: Floats) -> bool:
     where they start and where they stand without touching, they never touch. ``last_step`` is more than they can
     be out in the step in which they come to a stand.
     """
-    front = s + at.VEHICLE
-    hardest = min(max(HARDEST_DECEL, -c[at.EGO_MIN_ACCEL]), c[at.GRIP])
+    front, grip = s + at.VEHICLE, m[s + at.ROAD_FRICTION] * GRAVITY
+    hardest = min(max(HARDEST_DECEL, -c[at.EGO_MIN_ACCEL]), grip)
     rear = m[front + at.POSITION] - c[at.LENGTH] + m[front + at.SPEED] * m[front + at.SPEED] / (2.0 * hardest)
     last_step = hardest * c[at.DT] * c[at.DT]
     room = min(rear - last_step - MARGIN, c[at.FARTHEST]) - m[s + at.POSITION]
     speed = m[s + at.SPEED]
-    return bool((longest_braking(speed, c) < room) or (braking_distance(speed, c) < room))
+    return bool((longest_braking(speed, grip, c) < room) or (braking_distance(speed, grip, c) < room))
 
 
 @inner
@@ -111,8 +132,9 @@ def drive_shadow(m: Floats, s: int, r: int, c: Floats, lanes: int) -> None:
     if c[at.AGENTS] == 1.0:
         return
     dt, per_dt, brake, place = c[at.DT], c[at.PER_DT], c[at.EGO_MIN_ACCEL], c[at.GOAL_PLACE]
-    gain, most, grip = c[at.LAG_GAIN], c[at.JERK_STEP], c[at.GRIP]
+    gain, most = c[at.LAG_GAIN], c[at.JERK_STEP]
     for i in range(lanes):
+        grip = m[s + at.ROAD_FRICTION + i] * GRAVITY
         speed, accel = m[r + at.SHADOW_SPEED + i], m[r + at.SHADOW_ACCEL + i]
         moved = max(speed + actuate(accel, brake, gain, most, grip) * dt, 0.0)
         m[r + at.SHADOW_POSITION + i] += 0.5 * (speed + moved) * dt

@@ -9,7 +9,7 @@ from math import floor, sqrt
 import numpy as np
 
 from hhrl_envs.arrays import Floats
-from hhrl_envs.scenario.scenario import Scenario
+from hhrl_envs.scenario.scenario import GRAVITY, Scenario
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, unsigned
 from hhrl_envs.simulation.engine.layout import (
@@ -32,7 +32,7 @@ from hhrl_envs.simulation.traffic import (
 )
 
 EGO = unsigned(0)
-COUNT, START, PROFILE, GREEN = (unsigned(purpose) for purpose in range(4))  # of the streams
+COUNT, START, PROFILE, GREEN, FRICTION = (unsigned(purpose) for purpose in range(5))  # of the streams
 FIRST, SECOND = unsigned(0), unsigned(1)  # draw indices
 STYLE_DRAW, SLOW_DRAW, FAMILY_DRAW = unsigned(100), unsigned(101), unsigned(102)  # beside those of the parameters
 # Among the fields of a vehicle's record: those of its motion that a world always clears, and those of its profile.
@@ -51,7 +51,8 @@ def abruptest_stop(scenario: Scenario) -> float:
     its brakes; the bound on its speed makes up for that in the first step.
     """
     hardest, gap = hardest_decel(scenario), scenario.traffic.gap[0]
-    safe = EASY_DECEL * gap <= hardest * (gap - guard_margin(scenario))
+    weakest = min(hardest, scenario.road.frictions[0] * GRAVITY)
+    safe = EASY_DECEL * gap <= weakest * (gap - guard_margin(scenario))
     return hardest + 2.0 * STANDSTILL / scenario.dt if safe else fastest_front(scenario) / scenario.dt
 
 
@@ -164,6 +165,14 @@ def settle(m: Floats, s: int, c: Floats) -> None:
 
 
 @inner
+def draw_friction(world: np.uint64, episode: np.uint64, c: Floats) -> float:
+    """Draw the road's friction in a world."""
+    key = stream(world, episode, EGO, FRICTION)
+    drawn = between(key, SECOND, c[at.SLIPPERY_LOW], c[at.SLIPPERY_HIGH])
+    return float(drawn if unit(key, FIRST) < c[at.SLIPPERY_SHARE] else c[at.FRICTION])
+
+
+@inner
 def draw_world(m: Floats, s: int, r: int, world: np.uint64, episode: np.uint64, c: Floats, special: bool | None) -> int:
     """Draw the world of one row and return its number of front vehicles.
 
@@ -185,6 +194,11 @@ def draw_world(m: Floats, s: int, r: int, world: np.uint64, episode: np.uint64, 
         here = s + unsigned(k) * at.VEHICLE
         draw_profile(m, here, stream(world, episode, unsigned(k), PROFILE), c)
         settle(m, here, c)
+    m[s + at.ROAD_FRICTION] = c[at.FRICTION]
+    if special is not None:
+        friction = draw_friction(world, episode, c)
+        for k in range(unsigned(c[at.SLOTS])):
+            m[s + k * at.VEHICLE + at.ROAD_FRICTION] = friction
     for k in range(unsigned(c[at.AGENTS])):
         m[s + k * at.VEHICLE + at.LINE] = c[at.FIRST_LINE]
     m[r + at.GREEN_AT] = between(stream(world, episode, EGO, GREEN), FIRST, c[at.GREEN_LOW], c[at.GREEN_HIGH])

@@ -12,7 +12,7 @@ from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import inner, kernel, spliced, unsigned
 from hhrl_envs.simulation.engine.layout import BEGUN, DECIDED, EPISODE, OPEN, SEED, TO_DRAW, WAITING, locate, locate_row
 from hhrl_envs.simulation.engine.random_streams import stream
-from hhrl_envs.simulation.feasibility import start_shadow, surely_clears, surely_survives, verdict
+from hhrl_envs.simulation.feasibility import bounds_hold, start_shadow, surely_clears, surely_survives, verdict
 from hhrl_envs.simulation.initial_state import draw_world
 from hhrl_envs.simulation.outcomes import switch_lines
 from hhrl_envs.simulation.traffic import drive_traffic
@@ -24,7 +24,8 @@ WORLD = unsigned(0)  # purpose of the stream that a world's own streams come fro
 @spliced
 def settle_row(m: Floats, s: int, r: int, fronts: int, c: Floats) -> None:
     """Decide the feasibility of a row whose world has been drawn, if the bounds can or learned vehicles forbid it."""
-    decided = c[at.AGENTS] > 1.0 or (surely_clears(m, s, fronts, c) and surely_survives(m, s, c))
+    bounded = bounds_hold(m, s, fronts, c) and surely_clears(m, s, fronts, c) and surely_survives(m, s, c)
+    decided = c[at.AGENTS] > 1.0 or bounded
     m[r + at.FEASIBLE], m[r + at.STEPS] = 1.0, 0.0
     m[r + at.STATUS] = DECIDED if decided else OPEN
 
@@ -84,7 +85,7 @@ def reset_row(m: Floats, s: int, r: int, keys: Keys, row: int, c: Floats, specia
 
 
 @kernel
-def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> int:
+def decide_rows(m: Floats, c: Floats, special: bool | None, rows: int, low: int, high: int) -> int:
     """Decide the OPEN rows of the blocks from low to high by driving their worlds ahead, many at a time.
 
     Return the most steps that one of them was driven. Where only feasible worlds are wanted, an infeasible one is to be
@@ -99,7 +100,7 @@ def decide_rows(m: Floats, c: Floats, rows: int, low: int, high: int) -> int:
             tried[lanes] = row
             lanes += 1
         if (lanes == at.LANES) | (row == end - 1):
-            longest = max(longest, drive_ahead(trial, c, unsigned(lanes)))
+            longest = max(longest, drive_ahead(trial, c, special, unsigned(lanes)))
             for lane in range(lanes):
                 note_verdict(m, tried[lane], trial, lane, c)
             lanes = 0
@@ -125,7 +126,7 @@ def note_verdict(m: Floats, row: int, trial: Floats, lane: int, c: Floats) -> No
 
 
 @inner
-def drive_ahead(trial: Floats, c: Floats, lanes: int) -> int:
+def drive_ahead(trial: Floats, c: Floats, special: bool | None, lanes: int) -> int:
     """Drive the first lanes of a block under full braking until the feasibility of every one is decided.
 
     Return how many steps that took.
@@ -144,7 +145,7 @@ def drive_ahead(trial: Floats, c: Floats, lanes: int) -> int:
             trial[r + at.STEPS + i] += 1.0
         if undecided:
             switch_lines(trial, s, r, c, lanes)
-            drive_traffic(trial, s, c, lanes)
-            drive_agent(trial, s, c, lanes)
+            drive_traffic(trial, s, c, special, lanes)
+            drive_agent(trial, s, c, special, lanes)
             steps += 1
     return steps

@@ -7,11 +7,13 @@ from hhrl_envs.observation import ELEMENTS, SCALES, SYMBOLS
 from hhrl_envs.simulation.engine import layout as at
 from hhrl_envs.simulation.engine.compilation import in_turn, inner, kernel, spliced, unsigned
 from hhrl_envs.simulation.engine.layout import locate_row
-from hhrl_envs.simulation.engine.random_streams import normal, stream
-from hhrl_envs.simulation.sub_goal_kernels import KERNELS
+from hhrl_envs.simulation.engine.random_streams import normal, stream, unit
+from hhrl_envs.simulation.sub_goal_kernels import D_F, KERNELS, lose_front, meet_ghost
 from hhrl_envs.sub_goals import SUB_GOALS
 
-NOISE = 7  # purpose of the noise streams
+NOISE = 7  # purpose of the noise streams, a step each from here on
+DROPOUTS = 1 << 32  # purpose of the streams of drop-outs, beyond those of the noise
+GHOSTS = 2 << 32  # purpose of the streams of ghosts
 EXACT = -1
 _DERIVED = {symbol for goal in SUB_GOALS for symbol in (goal.critical, goal.ratio)}
 _NOISE = {None: EXACT, "speed": at.NOISE_SPEED, "accel": at.NOISE_ACCEL, "distance": at.NOISE_DISTANCE}
@@ -41,6 +43,34 @@ def measure(m: Floats, s: int, c: Floats, lanes: int) -> None:
     """Write what the agents of record ``s`` measure, truthfully, and all other elements of the state."""
     measure_ego(m, s, lanes)
     measure_sub_goals(m, s, c, lanes)
+
+
+@inner
+def drops_out(keys: Keys, agent: int, step: int, row: int, c: Floats) -> bool:
+    """Return whether an agent's front sensor drops out in a step: drawn for each window but the first.
+
+    It is keyed by (seed, episode, agent, window), so it does not depend on the batch.
+    """
+    window = step // int(c[at.DROPOUT_STEPS])
+    key = stream(keys[0, row], keys[1, row], unsigned(agent), unsigned(DROPOUTS))
+    return window > 0 and unit(key, unsigned(window)) < c[at.DROPOUT]
+
+
+@inner
+def ghost_ahead(m: Floats, s: int, keys: Keys, row: int, c: Floats) -> float:
+    """Return where the nearest ghost before the front vehicle of an agent stands; where there is none, infinity.
+
+    It is keyed by (seed, episode, stretch of road), so all agents meet the same ghosts.
+    """
+    stretch, start, position = c[at.GHOST_STRETCH], -c[at.START_HIGH], m[s + at.POSITION]
+    low, high = position + c[at.GHOST_NEAR], position + m[s + D_F]
+    key = stream(keys[0, row], keys[1, row], unsigned(0), unsigned(GHOSTS))
+    first = max(int((low - start) / stretch), 0)
+    for number in range(first, max(int((high - start) / stretch) + 1, 0)):
+        place: float = start + (number + unit(key, unsigned(2 * number + 1))) * stretch
+        if low <= place < high and unit(key, unsigned(2 * number)) < c[at.GHOSTS]:
+            return place
+    return np.inf
 
 
 @inner
@@ -84,13 +114,21 @@ def blur_rows(
 ) -> None:
     """Write the observations of the blocks from low to high as the sensors see them.
 
-    ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements.
+    ``history``, float64 [delay + 1, channel, agent, row], remembers the last measurements, drop-outs and ghosts
+    included: a delay delays them too.
     """
+    flickers, haunted = c[at.DROPOUT] > 0.0, c[at.GHOSTS] > 0.0
     for row in range(low * at.LANES, min(high * at.LANES, rows)):
         s, r = locate_row(row, c)
         step = int(m[r + at.STEPS])
         for agent in range(observations.shape[1]):
             measure(m, s, c, unsigned(1))
+            if haunted:
+                place = ghost_ahead(m, s, keys, row, c)
+                if place < np.inf:
+                    meet_ghost(m, s, place)
+            if flickers and drops_out(keys, agent, step, row, c):
+                lose_front(m, s, c)
             blur(m, s, history, keys, agent, step, row, c)
             observe(m, s, observations, agent, unsigned(row), unsigned(1))
             s += at.VEHICLE

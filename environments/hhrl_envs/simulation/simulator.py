@@ -151,6 +151,12 @@ class Simulator:
         feasible: Flags = self._memory.of_row(at.FEASIBLE) != 0.0
         return feasible
 
+    @property
+    def friction(self) -> Floats:
+        """The friction of the road in the current episode, float64 [B]; no observation tells it."""
+        self._require_reset()
+        return self._memory.of_agent(0, at.ROAD_FRICTION, 1)[:, 0]
+
     def of_agent(self, agent: int) -> Results:
         """Return the results of one agent: 0 is the ego, k the learned front vehicle in slot k."""
         self._require_reset()
@@ -172,13 +178,13 @@ class Simulator:
         return front[0] - self.scenario.vehicle.length - own[0], own[1] - front[1]
 
     def motion(self, slot: int) -> Floats:
-        """Return position [m], speed [m/s] and acceleration [m/s^2] of the vehicle in a slot, float64 [B, 3].
+        """Return position [m], speed [m/s], acceleration [m/s^2] and jerk [m/s^3] of a slot's vehicle, float64 [B, 4].
 
         Slot 0 is the ego, slot k its k-th front vehicle. A vehicle that is not there is hundreds of kilometres away.
         """
         self._require_reset()
         _require_index("slot", slot, self.scenario.num_vehicles + 1)
-        return self._memory.of_agent(slot, at.POSITION, 3)
+        return self._memory.of_agent(slot, at.POSITION, 4)
 
     @property
     def lines(self) -> Floats:
@@ -301,7 +307,7 @@ class Simulator:
         attempts, left = 0, MOST_AHEAD
         while attempts < MAX_ATTEMPTS and left > 0:
             attempts += 1
-            left -= max(self._each_slice(decide_rows, self.num_rows)) * self.scenario.num_vehicles
+            left -= max(self._each_slice(decide_rows, self._special, self.num_rows)) * self.scenario.num_vehicles
             self._run(BEGIN | SHOW)
             if self.ended >= 0:
                 return

@@ -9,7 +9,7 @@ from hhrl_envs.simulation.engine.layout import WAITING, locate
 from hhrl_envs.simulation.feasibility import drive_shadow
 from hhrl_envs.simulation.outcomes import judge, keep_band, switch_lines
 from hhrl_envs.simulation.reset import reset_due
-from hhrl_envs.simulation.rewards import reward
+from hhrl_envs.simulation.rewards import reward_as_read, reward_floored
 from hhrl_envs.simulation.sensing import measure, observe
 from hhrl_envs.simulation.traffic import drive_front, drive_traffic
 from hhrl_envs.sub_goals import RUNNING, TIMEOUT
@@ -91,10 +91,10 @@ def move(m: Floats, s: int, r: int, c: Floats, special: bool | None, lanes: int)
     prepare(m, s, r, c, lanes)
     if special is not None:
         switch_lines(m, s, r, c, lanes)
-    drive_traffic(m, s, c, lanes)
+    drive_traffic(m, s, c, special, lanes)
     if special is not None:
-        drive_fronts(m, s, c, lanes)
-    drive_agent(m, s, c, lanes)
+        drive_fronts(m, s, c, special, lanes)
+    drive_agent(m, s, c, special, lanes)
     if special is not None:
         keep_band(m, s, r, c, lanes)
         drive_shadow(m, s, r, c, lanes)
@@ -107,7 +107,10 @@ def measure_and_reward(m: Floats, s: int, r: int, c: Floats, special: bool | Non
     if special is not None:
         judge_adversary(m, s, r, c, lanes)
     for agent in range(unsigned(c[at.AGENTS])):
-        reward(m, s + agent * at.VEHICLE, c, lanes)
+        if special is None:
+            reward_floored(m, s + agent * at.VEHICLE, c, lanes)
+        else:
+            reward_as_read(m, s + agent * at.VEHICLE, c, lanes)
     if special is not None:
         reward_adversary(m, s, c, lanes)
 
@@ -131,8 +134,9 @@ def advance_rows(
     whether it terminated the episode, whether it truncated it. To SHOW a step again changes nothing.
 
     ``keys``, uint64 [2, row], are seed and episode of the rows. ``special`` is None for an ego alone that has to stop
-    at one line, so that what other scenarios need is not even compiled. Agents that had ended before keep their outcome
-    and earn nothing. BACKWARDS in every other step begins with the blocks that the step before has left in the cache.
+    at one line and whose reward and road are as usual, so that what other scenarios need is not even compiled. Agents
+    that had ended before keep their outcome and earn nothing. BACKWARDS in every other step begins with the blocks that
+    the step before has left in the cache.
     """
     ended, still_open, rows = 0, 0, unsigned(observations.shape[2])
     for n in range(unsigned(high - low)):
@@ -151,10 +155,10 @@ def advance_rows(
 
 
 @inner
-def drive_fronts(m: Floats, ego: int, c: Floats, lanes: int) -> None:
+def drive_fronts(m: Floats, ego: int, c: Floats, special: bool | None, lanes: int) -> None:
     """Advance all learned front vehicles by one step, front to back; ``ego`` is the egos' record."""
     if c[at.ADVERSARY] != 0.0:
         restrain(m, ego + at.VEHICLE, c, lanes)
     fronts = unsigned(c[at.AGENTS]) - unsigned(1)
     for ahead in range(fronts):
-        drive_front(m, ego + (fronts - ahead) * at.VEHICLE, c, lanes)
+        drive_front(m, ego + (fronts - ahead) * at.VEHICLE, c, special, lanes)

@@ -1,6 +1,6 @@
 """What is particular to one sub-goal in compiled code: what it measures, and what its failure is and costs.
 
-Each sub-goal has four functions and says within which bounds its elements lie. In those functions ``m[s + FIELD]`` is a
+Each sub-goal has five functions and says within which bounds its elements lie. In those functions ``m[s + FIELD]`` is a
 number of the agent whose record plus lane is ``s``; see ``engine.layout``.
 """
 
@@ -40,6 +40,7 @@ class Kernels(NamedTuple):
 
     Attributes:
         measure: ``(m, s, c, lanes)`` writes all of its elements for the agents of record ``s``.
+        safety: ``(m, s, c)`` returns its safety distance d_s as it is, never floored.
         derive: ``(m, s, c)`` writes its critical distance and ratio anew, from elements that noise has changed.
         failed: ``(m, s)`` returns whether its failure has happened.
         penalty: ``(m, s, sigma_3)`` returns what its failure costs, at most 0.
@@ -47,6 +48,7 @@ class Kernels(NamedTuple):
     """
 
     measure: Callable[[Floats, int, Floats, int], None]
+    safety: Callable[[Floats, int, Floats], float]
     derive: Callable[[Floats, int, Floats], None]
     failed: Callable[[Floats, int], bool]
     penalty: Callable[[Floats, int, float], float]
@@ -54,9 +56,15 @@ class Kernels(NamedTuple):
 
 
 @inner
+def stopping_distance(v_e: float, per_twice_decel: float) -> float:
+    """Return d_ds: Eq. (dis)."""
+    return v_e * v_e * per_twice_decel
+
+
+@inner
 def stop_distances(v_e: float, d_d: float, per_twice_decel: float) -> tuple[float, float]:
-    """Return d_dc and d_dc/d_ds, clipped to [-1, 10]: Eq. (dis)."""
-    d_ds = v_e * v_e * per_twice_decel
+    """Return d_dc and d_dc/d_ds, its d_ds floored and the ratio clipped to [-1, 10]: Eq. (dis)."""
+    d_ds = stopping_distance(v_e, per_twice_decel)
     d_dc = d_d - d_ds
     return d_dc, min(max(d_dc / max(d_ds, MIN_STOPPING_DISTANCE), RATIO_LOW), RATIO_HIGH)
 
@@ -71,6 +79,12 @@ def measure_stop(m: Floats, s: int, c: Floats, lanes: int) -> None:
         m[s + D_D + i] = d_d
         m[s + D_DC + i] = d_dc
         m[s + DC_RATIO + i] = ratio
+
+
+@spliced
+def safety_stop(m: Floats, s: int, c: Floats) -> float:
+    """Return d_ds."""
+    return stopping_distance(m[s + at.V_E], c[at.PER_TWICE_DECEL])
 
 
 @inner
@@ -100,11 +114,17 @@ def bounds_stop(scenario: Scenario, motion: Motion) -> tuple[Range, ...]:
 
 
 @inner
+def following_distance(v_e: float, v_f: float, per_twice_decel: float, safe_gap: float) -> float:
+    """Return d_fs: Eq. (dis)."""
+    return max((v_e * v_e - v_f * v_f) * per_twice_decel, safe_gap)
+
+
+@inner
 def follow_distances(
     v_e: float, d_f: float, v_f: float, per_twice_decel: float, safe_gap: float
 ) -> tuple[float, float]:
     """Return d_fc and d_fc/d_fs, clipped to [-1, 10]: Eq. (dis)."""
-    d_fs = max((v_e * v_e - v_f * v_f) * per_twice_decel, safe_gap)
+    d_fs = following_distance(v_e, v_f, per_twice_decel, safe_gap)
     d_fc = d_f - d_fs
     return d_fc, min(max(d_fc / d_fs, RATIO_LOW), RATIO_HIGH)
 
@@ -125,6 +145,24 @@ def measure_follow(m: Floats, s: int, c: Floats, lanes: int) -> None:
         m[s + A_F + i] = a_f
         m[s + D_FC + i] = d_fc
         m[s + FC_RATIO + i] = ratio
+
+
+@inner
+def lose_front(m: Floats, s: int, c: Floats) -> None:
+    """Measure an empty road instead of the front vehicle; what is derived from that is not written."""
+    m[s + D_F], m[s + V_F], m[s + A_F] = c[at.FRONT_RANGE], c[at.SPEED_LIMIT], 0.0
+
+
+@inner
+def meet_ghost(m: Floats, s: int, place: float) -> None:
+    """Measure a vehicle that stands at a place instead of the front vehicle; nothing is derived from that yet."""
+    m[s + D_F], m[s + V_F], m[s + A_F] = place - m[s + at.POSITION], 0.0, 0.0
+
+
+@spliced
+def safety_follow(m: Floats, s: int, c: Floats) -> float:
+    """Return d_fs."""
+    return following_distance(m[s + at.V_E], m[s + V_F], c[at.PER_TWICE_DECEL], c[at.SAFE_GAP])
 
 
 @inner
@@ -157,8 +195,8 @@ def bounds_follow(scenario: Scenario, motion: Motion) -> tuple[Range, ...]:
 
 
 _BY_OPTION: Mapping[Option, Kernels] = {
-    Option.SSL: Kernels(measure_stop, derive_stop, failed_stop, penalty_stop, bounds_stop),
-    Option.FFV: Kernels(measure_follow, derive_follow, failed_follow, penalty_follow, bounds_follow),
+    Option.SSL: Kernels(measure_stop, safety_stop, derive_stop, failed_stop, penalty_stop, bounds_stop),
+    Option.FFV: Kernels(measure_follow, safety_follow, derive_follow, failed_follow, penalty_follow, bounds_follow),
 }
 KERNELS = tuple(_BY_OPTION[goal.option] for goal in SUB_GOALS)
 """The functions of every sub-goal, in their order."""

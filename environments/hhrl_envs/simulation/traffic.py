@@ -29,8 +29,8 @@ CLOSEST = 0.1  # m; floor of distances in denominators
 
 
 def hardest_decel(scenario: Scenario) -> float:
-    """Return what a scripted vehicle brakes with at most, in m/s^2."""
-    return min(HARDEST_DECEL, scenario.road.friction * GRAVITY)
+    """Return what a scripted vehicle brakes with at most in any world, in m/s^2."""
+    return min(HARDEST_DECEL, scenario.road.frictions[1] * GRAVITY)
 
 
 def guard_margin(scenario: Scenario) -> float:
@@ -113,16 +113,20 @@ def next_phase(
 
 
 @inner
-def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
+def drive_slot(m: Floats, s: int, c: Floats, special: bool | None, lanes: int) -> None:
     """Advance the scripted vehicles of record ``s`` by one step; their leaders, in the next record, have moved already.
+
+    For ``special`` see ``step.advance_rows``: only there a row has its own friction.
 
     At the end a slow-down begins where the place of one is reached, and where a vehicle's rear has passed a line the
     next line becomes active.
     """
     dt, per_dt, length, last = c[at.DT], c[at.PER_DT], c[at.LENGTH], c[at.LAST_LINE]
-    half_step, hardest = 0.5 * dt, min(HARDEST_DECEL, c[at.GRIP])
+    half_step, usual, free = 0.5 * dt, c[at.FRICTION] * GRAVITY, c[at.FREE_THROTTLE]
     leader, margin = s + at.VEHICLE, c[at.GUARD]
     for i in range(lanes):
+        grip = usual if special is None else m[s + at.ROAD_FRICTION + i] * GRAVITY
+        hardest = min(HARDEST_DECEL, grip)
         x, v, standing = m[s + at.POSITION + i], m[s + at.SPEED + i], m[s + at.STANDING + i]
         gap, v_leader = m[leader + at.POSITION + i] - length - x, m[leader + at.SPEED + i]
         v_line, line_decel, line = m[s + at.LINE_SPEED + i], m[s + at.LINE_DECEL + i], m[s + at.LINE + i]
@@ -136,6 +140,7 @@ def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
             v, v_leader, gap, m[s + at.PER_DESIRED_SPEED + i], m[s + at.HEADWAY + i],
             m[s + at.MAX_ACCEL + i], m[s + at.INTERACTION + i], m[s + at.MIN_GAP + i],
         )  # fmt: skip
+        a = a if special is None else min(a, max(grip, free))
         for_line = max(needed, line_decel) if full & (to_stop <= ARRIVED) else needed
         a = min(a, -for_line) if braking else a
         slowing = m[s + at.SLOWING + i]
@@ -163,15 +168,15 @@ def drive_slot(m: Floats, s: int, c: Floats, lanes: int) -> None:
 
 
 @spliced
-def drive_traffic(m: Floats, s: int, c: Floats, lanes: int) -> None:
+def drive_traffic(m: Floats, s: int, c: Floats, special: bool | None, lanes: int) -> None:
     """Move all scripted vehicles by one step, from the front of the queue to its back."""
     slots, agents = unsigned(c[at.SLOTS]), unsigned(c[at.AGENTS])
     for behind in range(slots - unsigned(1) - agents):
-        drive_slot(m, s + (slots - unsigned(2) - behind) * at.VEHICLE, c, lanes)
+        drive_slot(m, s + (slots - unsigned(2) - behind) * at.VEHICLE, c, special, lanes)
 
 
 @inner
-def drive_front(m: Floats, s: int, c: Floats, lanes: int) -> None:
+def drive_front(m: Floats, s: int, c: Floats, special: bool | None, lanes: int) -> None:
     """Advance the learned front vehicles of record ``s`` by one step.
 
     One that has succeeded or run the line is handed over to the scripted profile drawn for it. One that collided or was
@@ -183,9 +188,9 @@ def drive_front(m: Floats, s: int, c: Floats, lanes: int) -> None:
         if (outcome == SUCCESS) | (outcome == NOT_STOP):
             if m[s + at.FRESH + i] == outcome:
                 hand_over(m, s + i, c)
-            drive_on(m, s + i, c)
+            drive_on(m, s + i, c, special)
         else:
-            drive_agent(m, s + i, c, one)
+            drive_agent(m, s + i, c, special, one)
 
 
 @inner
@@ -198,15 +203,15 @@ def hand_over(m: Floats, s: int, c: Floats) -> None:
 
 
 @inner
-def drive_on(m: Floats, s: int, c: Floats) -> None:
+def drive_on(m: Floats, s: int, c: Floats, special: bool | None) -> None:
     """Advance the vehicle ``s``, a record plus a lane, by one scripted step, with a scripted vehicle's brakes.
 
     It may have been handed over too fast and too near to its leader for any brakes. Then it runs into it: the bound on
     its speed, which assumes that it has always kept its distance, would stop it dead.
     """
     x, v = m[s + at.POSITION], m[s + at.SPEED]
-    drive_slot(m, s, c, unsigned(1))
-    slowest = v - min(HARDEST_DECEL, c[at.GRIP]) * c[at.DT]
+    drive_slot(m, s, c, special, unsigned(1))
+    slowest = v - min(HARDEST_DECEL, m[s + at.ROAD_FRICTION] * GRAVITY) * c[at.DT]
     if m[s + at.SPEED] < slowest:
         m[s + at.POSITION] = x + 0.5 * (v + slowest) * c[at.DT]
         m[s + at.ACCEL] = (slowest - v) * c[at.PER_DT]

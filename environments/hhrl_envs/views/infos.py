@@ -15,10 +15,11 @@ Infos = dict[str, Info]
 
 
 def reset_info(simulator: Simulator, row: int) -> Info:
-    """Return a row's info at reset: front vehicles' profiles, feasibility, option mask, (seed, episode_index)."""
+    """Return a row's info at reset: profiles, the road's friction, feasibility, option mask, (seed, episode_index)."""
     seed, episode = simulator.key(row)
     return {
         "profiles": simulator.profiles(row),
+        "friction": float(simulator.friction[row]),
         "feasible": bool(simulator.feasible[row]) if simulator.num_agents == 1 else None,
         "option_mask": np.array(simulator.scenario.option_mask),
         "seed": seed,

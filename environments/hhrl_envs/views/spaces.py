@@ -48,6 +48,6 @@ def _box(scenario: Scenario, fastest: float, accel: Range, overshoot: float) -> 
 def _slide(scenario: Scenario, speed: float) -> float:
     """Return metres in which an agent with ``speed`` surely stands: those of its reaction, and of its full brake."""
     vehicle = scenario.vehicle
-    brake = min(-vehicle.levels[0], scenario.road.friction * GRAVITY)
+    brake = min(-vehicle.levels[0], scenario.road.frictions[0] * GRAVITY)
     reaction = 2.0 * (vehicle.lag + scenario.dt) + (vehicle.levels[-1] - vehicle.levels[0]) / vehicle.jerk_limit
     return speed * reaction + speed * speed / (2.0 * brake)

@@ -51,10 +51,12 @@ def triad(scenario: Scenario | str) -> Triad:
     return Triad(partial(_env, world), partial(_raw_env, world), partial(StopLineParallelEnv, world))
 
 
-def register(scenario: Scenario, place: float = inf) -> Triad:
+def register(scenario: Scenario, place: float = inf, summary: str = "", superseded_by: str | None = None) -> Triad:
     """Make a scenario known by its id, here and in Gymnasium, and return its constructors.
 
-    ``place`` says where it stands in lists: behind those of lower places, and by default behind all of them.
+    ``place`` says where it stands in lists: behind those of lower places, and by default behind all of them. The
+    ``summary`` says in a few words what is special. One that is kept for old results only is ``superseded_by`` another,
+    whose id that is.
 
     Raises:
         InputError: if another scenario has its id.
@@ -62,7 +64,7 @@ def register(scenario: Scenario, place: float = inf) -> Triad:
     require_value(isinstance(scenario, Scenario), "scenario", repr(scenario), "a Scenario")
     if scenario.id not in SCENARIOS:
         register_gym(scenario)
-    add_scenario(scenario, place)
+    add_scenario(scenario, place, summary, superseded_by)
     return triad(scenario)
 
 

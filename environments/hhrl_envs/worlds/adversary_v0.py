@@ -16,4 +16,8 @@ SCENARIO = replace(
     adversary=Adversary(),
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=14)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=14,
+    summary="the nearest front vehicle is an agent that tries to make the ego fail",
+)

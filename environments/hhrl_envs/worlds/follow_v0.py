@@ -16,4 +16,8 @@ SCENARIO = replace(
     horizon=400,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=8)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=8,
+    summary="keep a gap of 2 m to 10 m + 3 s v_f in 80% of the steps",
+)

@@ -16,4 +16,8 @@ SCENARIO = replace(
     learned_fronts=3,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=13)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=13,
+    summary="the three nearest front vehicles are agents too: all have to stop in turn",
+)

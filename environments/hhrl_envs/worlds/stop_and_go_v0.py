@@ -14,4 +14,4 @@ SCENARIO = replace(
     horizon=900,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=11)
+env, raw_env, parallel_env = register(SCENARIO, place=11, summary="a jam on the way")

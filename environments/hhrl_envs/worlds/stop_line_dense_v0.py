@@ -1,4 +1,4 @@
-"""A harder tier: a long queue whose tail is out of sight.
+"""Superseded by stop-line-dense-v1: a long queue whose tail is out of sight.
 
 Traffic arrives with time gaps of 1.4 to 3.8 s, the line lets one vehicle pass in several seconds: three to six vehicles
 pile up. A front vehicle shows at 16 m only, as in dense fog or behind a bend, and 0.6 s late. Nothing in sight
@@ -9,7 +9,8 @@ into the tail. It asks for another reaction to d_f at its limit, not for memory.
 
 from dataclasses import replace
 
-from hhrl_envs.scenario.scenario import Road, Scenario, Sensor, Traffic
+from hhrl_envs.scenario.scenario import Road, Scenario, Traffic
+from hhrl_envs.scenario.sensors import Sensor
 from hhrl_envs.views.triad import register
 from hhrl_envs.worlds.driver_families import TRAIN_FAMILIES
 
@@ -26,4 +27,9 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=4)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=15,
+    summary="a long queue whose tail is out of sight",
+    superseded_by="stop-line-dense-v1",
+)

@@ -1,4 +1,4 @@
-"""A harder tier: a sluggish vehicle behind drivers who brake hard without a reason.
+"""Superseded by stop-line-erratic-v1: a sluggish vehicle behind drivers who brake hard without a reason.
 
 On a 72 km/h road the fronts brake with 6 to 8 m/s^2 for 1 to 3 s, every 60 to 140 m (every few seconds). The ego's
 brakes build up with a lag of 1 s, as a loaded lorry's, and 2.5 m/s^3 of jerk (what ISO 15622 allows an adaptive cruise
@@ -7,7 +7,8 @@ control), and it sees them 0.8 s late, a quick human driver's reaction. The nomi
 """
 
 from hhrl_envs.scenario.profiles import ProfileFamily
-from hhrl_envs.scenario.scenario import Reward, Road, Scenario, Sensor, Traffic, Vehicle
+from hhrl_envs.scenario.scenario import Reward, Road, Scenario, Traffic, Vehicle
+from hhrl_envs.scenario.sensors import Sensor
 from hhrl_envs.views.triad import register
 
 _DRIVERS = (
@@ -40,4 +41,9 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=5)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=16,
+    summary="hard braking without a reason ahead of a sluggish vehicle",
+    superseded_by="stop-line-erratic-v1",
+)

@@ -9,4 +9,4 @@ from hhrl_envs.worlds.stop_line_v0 import SCENARIO as STOP_LINE
 
 SCENARIO = replace(STOP_LINE, id="stop-line-heldout-v0", traffic=Traffic(families=HELD_OUT_FAMILIES))
 
-env, raw_env, parallel_env = register(SCENARIO, place=3)
+env, raw_env, parallel_env = register(SCENARIO, place=3, summary="drivers of the held-out families")

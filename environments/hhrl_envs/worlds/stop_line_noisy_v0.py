@@ -1,12 +1,12 @@
-"""A harder tier: poor sensors: errors of 3 m, 0.5 m/s and 0.5 m/s^2 (standard deviations), 0.9 s late, 30 m of sight.
+"""Superseded by stop-line-noisy-v1: errors of 3 m, 0.5 m/s and 0.5 m/s^2 (standard deviations), 0.9 s late.
 
 One reading of the distance is less exact than the stop zone is long, as with satellite positioning between houses, and
-all of them are old. Who answers them as if they were true and new swings around the planned speed and runs over the
-line. A gentle approach, which the vehicle's inertia averages, does better without memory; an agent with memory can
-filter the readings over time and predict the present from its own actions, and does best.
+all of them are old; sight ends at 30 m. Who answers them as if they were true and new swings around the planned speed
+and runs over the line. A gentle approach, which the vehicle's inertia averages, does better without memory.
 """
 
-from hhrl_envs.scenario.scenario import Scenario, Sensor, Traffic
+from hhrl_envs.scenario.scenario import Scenario, Traffic
+from hhrl_envs.scenario.sensors import Sensor
 from hhrl_envs.views.triad import register
 from hhrl_envs.worlds.driver_families import TRAIN_FAMILIES
 
@@ -17,4 +17,9 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=7)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=18,
+    summary="sensors with errors of 3 m, 0.5 m/s and 0.5 m/s^2, 0.9 s late, that see vehicles within 30 m",
+    superseded_by="stop-line-noisy-v1",
+)

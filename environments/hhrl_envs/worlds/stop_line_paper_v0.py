@@ -39,4 +39,8 @@ SCENARIO = Scenario(
     reward=Reward(jerk_threshold=21.4, safe_gap=1.1),
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=2)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=2,
+    summary="fitted so that Rules 1 to 4 do what the paper's Table I says",
+)

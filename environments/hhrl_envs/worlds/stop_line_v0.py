@@ -6,4 +6,4 @@ from hhrl_envs.worlds.driver_families import TRAIN_FAMILIES
 
 SCENARIO = Scenario(id="stop-line-v0", traffic=Traffic(families=TRAIN_FAMILIES))
 
-env, raw_env, parallel_env = register(SCENARIO, place=1)
+env, raw_env, parallel_env = register(SCENARIO, place=1, summary="the main task")

@@ -1,4 +1,4 @@
-"""A harder tier: wet ice: nobody brakes with more than 1.6 m/s^2.
+"""Superseded by stop-line-wet-v1: wet ice: nobody brakes with more than 1.6 m/s^2.
 
 A friction of 0.16 is a quarter of what the nominal a_max of 6 m/s^2 needs, with which the state's safety distances are
 computed, and less than the comfortable 2 m/s^2 that planners brake with; everybody drives 5 to 9 m/s for it. Who plans
@@ -16,4 +16,9 @@ SCENARIO = Scenario(
     feasible_only=False,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=6)
+env, raw_env, parallel_env = register(
+    SCENARIO,
+    place=17,
+    summary="wet ice: a grip of 0.16 g",
+    superseded_by="stop-line-wet-v1",
+)

@@ -17,4 +17,4 @@ SCENARIO = replace(
     horizon=1200,
 )
 
-env, raw_env, parallel_env = register(SCENARIO, place=12)
+env, raw_env, parallel_env = register(SCENARIO, place=12, summary="the second line is 60 m behind the first")

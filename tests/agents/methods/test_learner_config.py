@@ -21,7 +21,7 @@ from support.misuse import refused
         ("jerk_weight", -0.1, "a number in [0, 1]"),
         ("jerk_weight", 1.1, "a number in [0, 1]"),
         ("reward_scale", 0.0, "a number above 0"),
-        ("timeout", "maybe", "truncation or terminal"),
+        ("timeout", "maybe", "one of: truncation, terminal"),
     ],
 )
 def test_a_bad_value_is_named_in_one_line(name: str, value: Any, allowed: str) -> None:

@@ -35,5 +35,8 @@ def test_draws_weights_and_priorities_are_those_of_the_sum_trees(priority: str) 
         error_of = rng.normal(0.0, [[1.0], [3.0]], (len(LEVELS), CAPACITY))
         errors = error_of[:, draw.indices].astype(np.float32)  # a transition that is drawn twice errs alike
         trees.update(draw.indices, errors)
-        plain.update(torch.from_numpy(draw.indices), dict(zip(LEVELS, torch.from_numpy(errors), strict=True)))
+        own = {level: slice(first, first + BATCH) for level, first in zip(LEVELS, draw.firsts, strict=True)}
+        drawn_by = {level: torch.from_numpy(draw.indices[part]) for level, part in own.items()}
+        erred = {level: torch.from_numpy(row[own[level]]) for level, row in zip(LEVELS, errors, strict=True)}
+        plain.update(drawn_by, erred)
     assert len(drawn) == 60

@@ -36,6 +36,12 @@ def errors_of(rng: np.random.Generator, levels: int = 2) -> Floats32:
     return errors.astype(np.float32)
 
 
+def learn(made: PrioritisedSampler, errors: Floats32) -> None:
+    """Let every level err by its row of errors [levels, stored] in the transitions, all of which it has drawn."""
+    trees = len(made._trees.nodes)
+    made.update(np.tile(ALL, trees), np.tile(errors, (1, trees)))
+
+
 def magnitudes(errors: Floats32) -> Floats:
     return np.abs(errors).astype(np.float64)
 
@@ -60,7 +66,7 @@ def by_tree(draw: Draw, trees: int) -> Ints:
 
 def test_priorities_are_those_of_the_hierarchy() -> None:
     made, errors = sampler(), errors_of(np.random.default_rng(0))
-    made.update(ALL, errors)
+    learn(made, errors)
     scaled = magnitudes(errors) / magnitudes(errors).mean(-1, keepdims=True)
     option = scaled[0] + FLOOR
     action = np.maximum(scaled[1] - scaled[0], 0.0) + FLOOR
@@ -69,18 +75,36 @@ def test_priorities_are_those_of_the_hierarchy() -> None:
 
 def test_shift_is_the_printed_priority() -> None:
     made, errors = sampler(config=replace(CONFIG, priority="shift")), errors_of(np.random.default_rng(0))
-    made.update(ALL, errors)
+    learn(made, errors)
     option, action = magnitudes(errors)
     gap = action - option
     expected = np.stack((option, gap - gap.min())) + FLOOR
     np.testing.assert_allclose(leaves(made), expected**ALPHA, rtol=1e-10)
 
 
+def test_the_action_level_s_priority_is_less_what_the_option_level_found_when_it_last_learned() -> None:
+    """Each level learns from transitions of its own; p^o is 0 where the option level has not yet learned."""
+    made, rng = sampler(), np.random.default_rng(0)
+    own, others = np.arange(0, 10), np.arange(5, 15)
+    errors = rng.normal(size=(2, 20)).astype(np.float32)
+    made.update(np.concatenate((own, others)), errors)
+    of_option = np.abs(errors[0, :10]).astype(float) / np.abs(errors[0, :10]).mean(dtype=float)
+    action = np.abs(errors[1, 10:]).astype(float) / np.abs(errors[1, 10:]).mean(dtype=float)
+    p_o = np.concatenate((of_option[5:], np.zeros(5)))
+    np.testing.assert_allclose(leaves(made)[0, own], (of_option + FLOOR) ** ALPHA, rtol=1e-6)
+    np.testing.assert_allclose(leaves(made)[1, others], (np.maximum(action - p_o, 0.0) + FLOOR) ** ALPHA, rtol=1e-6)
+    made.added(np.array([5]))
+    made.update(np.array([0, 5]), np.full((2, 2), 2.0, np.float32))
+    scale = np.abs(errors[1, 10:]).mean(dtype=float)
+    scale += SCALE_RATE * (2.0 - scale)
+    np.testing.assert_allclose(leaves(made)[1, 5], (2.0 / scale + FLOOR) ** ALPHA, rtol=1e-6)
+
+
 @pytest.mark.parametrize("levels", [1, 2])
 @pytest.mark.parametrize("priority", ["clip", "shift"])
 def test_the_plain_priority_is_the_mean_error_of_all_levels(levels: int, priority: Any) -> None:
     made, errors = sampler(levels, 1, replace(CONFIG, priority=priority)), errors_of(np.random.default_rng(0), levels)
-    made.update(ALL, errors)
+    learn(made, errors)
     scaled = (magnitudes(errors) / magnitudes(errors).mean(-1, keepdims=True)).sum(0) / levels
     np.testing.assert_allclose(leaves(made)[0], (scaled + FLOOR) ** ALPHA, rtol=1e-10)
 
@@ -89,8 +113,8 @@ def test_the_plain_priority_is_the_mean_error_of_all_levels(levels: int, priorit
 def test_the_magnitude_of_errors_runs_along(levels: int, trees: int) -> None:
     made, rng = sampler(levels, trees), np.random.default_rng(0)
     first, second = errors_of(rng, levels), np.float32(3.0) * errors_of(rng, levels)
-    made.update(ALL, first)
-    made.update(ALL, second)
+    learn(made, first)
+    learn(made, second)
     before, after = magnitudes(first).mean(-1), magnitudes(second).mean(-1)
     scaled = magnitudes(second) / (before + SCALE_RATE * (after - before))[:, None]
     expected = scaled[0] if trees > 1 else scaled.mean(0)
@@ -100,7 +124,7 @@ def test_the_magnitude_of_errors_runs_along(levels: int, trees: int) -> None:
 @BOTH_KINDS
 def test_importance_weights_undo_the_priorities(levels: int, trees: int) -> None:
     made = sampler(levels, trees)
-    made.update(ALL, errors_of(np.random.default_rng(0), levels))
+    learn(made, errors_of(np.random.default_rng(0), levels))
     draw, held = made.draw(STORED), chances(made)
     assert draw.indices.shape == (trees * SIZE,)
     assert draw.weights.shape == (levels, SIZE)
@@ -116,7 +140,7 @@ def test_importance_weights_undo_the_priorities(levels: int, trees: int) -> None
 @BOTH_KINDS
 def test_each_tree_draws_by_its_own_priorities(levels: int, trees: int) -> None:
     made = sampler(levels, trees)
-    made.update(ALL, errors_of(np.random.default_rng(0), levels))
+    learn(made, errors_of(np.random.default_rng(0), levels))
     drawn, held = np.stack([by_tree(made.draw(STORED), trees) for _ in range(600)]), chances(made)
     for tree in range(trees):
         counts = np.bincount(drawn[:, tree].reshape(-1), minlength=STORED)
@@ -125,7 +149,7 @@ def test_each_tree_draws_by_its_own_priorities(levels: int, trees: int) -> None:
 
 def test_a_draw_takes_one_of_every_stratum() -> None:
     made = sampler()
-    made.update(ALL, errors_of(np.random.default_rng(0)))
+    learn(made, errors_of(np.random.default_rng(0)))
     ends, drawn = chances(made).cumsum(-1), by_tree(made.draw(STORED), 2)
     for tree in range(2):
         last = ends[tree][drawn[tree]]
@@ -138,9 +162,9 @@ def test_a_draw_takes_one_of_every_stratum() -> None:
 @BOTH_KINDS
 def test_new_transitions_get_the_highest_priority(levels: int, trees: int) -> None:
     made = sampler(levels, trees)
-    made.update(ALL, errors_of(np.random.default_rng(0), levels))
+    learn(made, errors_of(np.random.default_rng(0), levels))
     highest = leaves(made).max(-1, keepdims=True)
-    made.update(ALL, np.full((levels, STORED), 1e-3, np.float32))
+    learn(made, np.full((levels, STORED), 1e-3, np.float32))
     made.added(np.array([3, 4, -1]))
     np.testing.assert_array_equal(leaves(made)[:, 3:5], np.broadcast_to(highest, (trees, 2)))
 
@@ -149,10 +173,10 @@ def test_new_transitions_get_the_highest_priority(levels: int, trees: int) -> No
 def test_a_sampler_draws_the_same_beside_another_one(levels: int, trees: int) -> None:
     alone, beside, other = (sampler(levels, trees) for _ in range(3))
     errors = errors_of(np.random.default_rng(0), levels)
-    alone.update(ALL, errors)
+    learn(alone, errors)
     expected = [alone.draw(STORED) for _ in range(3)]
-    other.update(ALL, errors[:, ::-1].copy())
-    beside.update(ALL, errors)
+    learn(other, errors[:, ::-1].copy())
+    learn(beside, errors)
     for draw in expected:
         other.draw(STORED)
         for part, same in zip(beside.draw(STORED), draw, strict=True):
@@ -162,12 +186,12 @@ def test_a_sampler_draws_the_same_beside_another_one(levels: int, trees: int) ->
 @BOTH_KINDS
 def test_a_restored_sampler_goes_on_where_the_saved_one_was(levels: int, trees: int) -> None:
     made, rng = sampler(levels, trees), np.random.default_rng(0)
-    made.update(ALL, errors_of(rng, levels))
+    learn(made, errors_of(rng, levels))
     fresh = PrioritisedSampler(stream(9), levels, 60, CONFIG, hierarchical=trees > 1)
     fresh.restore(made.state())
     later = errors_of(rng, levels)
     for one in (made, fresh):
-        one.update(ALL, later)
+        learn(one, later)
         one.added(np.array([7]))
     np.testing.assert_array_equal(leaves(made), leaves(fresh))
     for part, same in zip(made.draw(STORED), fresh.draw(STORED), strict=True):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hhrl_agents import RULES, Agent
-from hhrl_agents.rules.controllers import Tuning
 from hhrl_agents.rules.rule_plus import RulePlus
+from hhrl_agents.rules.tuning import Tuning
 from hhrl_envs import Option, Outcome, Scenario, Simulator, get_scenario
 from hhrl_envs import observation as obs
 from hhrl_envs.simulation.rewards import UNSAFE

@@ -167,6 +167,7 @@ def test_failures_are_counted_by_cause_and_by_the_driver_in_front(several: Evalu
     assert "profile in front" in str(failures)
     assert several["rule-2"].failed() == failed["episode"].tolist()
     assert "smallest" in str(several.worst_cases())
+    assert all(part in str(several.scores()) for part in ("progress", "comfort", "margin"))
 
 
 def test_an_episode_is_watched_as_it_was_played(several: Evaluation, tmp_path: Path) -> None:

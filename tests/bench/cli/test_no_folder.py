@@ -33,6 +33,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("train", "ddqn", "--engine", "torch", "--device", "nowhere", "--out", "new/newer"),
         ("train", "adversary", "--task", "stop-line-v0", "--engine", "jax", "--out", "new/newer"),
         ("calibrate", "--episodes", "0", "--out", "new/newer"),
+        ("tune", "rule-tuned", "--task", "solo-stop-v0", "--env-steps", "1000", "--out", "new/newer/a.json"),
         ("report", "nowhere.json", "--out", "new/newer/a.html"),
         ("figures", "nowhere.json", "--out", "new/newer"),
     ],

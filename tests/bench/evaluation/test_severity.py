@@ -50,8 +50,9 @@ def test_severity_is_that_of_the_vehicles_themselves(task_id: str, rule: str) ->
 
 
 def found(*steps: tuple[float, float, float, bool, Outcome]) -> list[float]:
-    accumulations = [METRICS[key].accumulation for key in ("impact_speed", "smallest_gap", "smallest_ttc")]
-    totals = [accumulation.start(1) for accumulation in accumulations if accumulation]
+    accumulations: list[Any] = [METRICS[key].of for key in ("impact_speed", "smallest_gap", "smallest_ttc")]
+    rollout = SimpleNamespace(seeds=np.zeros(1, np.uint64))
+    totals = [accumulation.start(rollout) for accumulation in accumulations]
     for gap, ego, front, running, outcome in steps:
         ahead = np.array([gap]), np.array([ego - front])
         world: Any = SimpleNamespace(ahead=lambda _, ahead=ahead: ahead, scenario=get_scenario("stop-line-v0"))
@@ -59,7 +60,6 @@ def found(*steps: tuple[float, float, float, bool, Outcome]) -> list[float]:
         nothing: Any = None
         step = Step(nothing, nothing, nothing, nothing, np.array([running]), results, world, (0,))
         for accumulation, total in zip(accumulations, totals, strict=True):
-            assert accumulation is not None
             accumulation.add(total, step)
     return [float(total[0]) for total in totals]
 

@@ -16,8 +16,10 @@ from hhrl_bench.exports.episodes import TEXTS, Run, episode_columns, full_brake
 from hhrl_bench.exports.export import entry_runs
 from hhrl_bench.exports.files import to_csv, to_frame, to_parquet
 from hhrl_bench.leaderboard.entry import read_entry
-from hhrl_envs import Outcome, Simulator, get_scenario
+from hhrl_envs import Outcome, Scenario, Simulator, get_scenario
 from support import small_board
+from support.hidden import SLIPPERY
+from support.own_scenarios import forgotten_scenarios
 
 PAIRS = (("rule-2", "stop-line-v0"), ("ddqn", "stop-line-v0"), ("rule-2", "platoon-v0"), ("rule-2", "adversary-v0"))
 
@@ -32,14 +34,13 @@ def runs(agent: str, task: str, episodes: int = small_board.EPISODES) -> list[Ru
     return evaluate(agent, task, episodes).exported()
 
 
-def test_severity_is_what_the_simulator_says_by_hand() -> None:
-    scenario, columns = (
-        get_scenario("stop-line-erratic-v0"),
-        episode_columns(runs("rule-1", "stop-line-erratic-v0", 12)),
-    )
+@pytest.mark.parametrize("scenario", [get_scenario("stop-line-erratic-v0"), SLIPPERY], ids=lambda scenario: scenario.id)
+def test_severity_is_what_the_simulator_says_by_hand(scenario: Scenario) -> None:
+    with forgotten_scenarios():
+        (run,) = evaluate("rule-1", scenario, 12).exported()
+        columns = episode_columns([run])
     crossed = [index for index, cause in enumerate(columns["cause"]) if cause == "not_stop"]
     assert crossed
-    (run,) = runs("rule-1", scenario.id, 12)
     first = np.cumsum(run.trace.steps) - run.trace.steps
     for index in crossed:
         simulator = Simulator(scenario, 1)
@@ -47,7 +48,9 @@ def test_severity_is_what_the_simulator_says_by_hand() -> None:
         for action in run.trace.actions[first[index] : first[index] + run.trace.steps[index], 0]:
             simulator.step(np.array([action]))
         position, speed, _ = simulator.vehicles(0)[0]
-        stops = position - simulator.lines[0] + speed**2 / (2.0 * full_brake(scenario))
+        friction = columns["friction"][index]
+        assert friction == simulator.friction[0]
+        stops = position - simulator.lines[0] + speed**2 / (2.0 * full_brake(scenario, friction))
         assert columns["overrun"][index] == pytest.approx(stops)
         assert columns["overrun"][index] > 0.0
     others = [value for index, value in enumerate(columns["overrun"]) if index not in crossed]
@@ -69,6 +72,7 @@ def test_a_row_has_the_drivers_in_front_and_both_seeds() -> None:
     assert columns["training_seed"] == [seed for seed in range(5) for _ in range(4)]
     assert columns["episode"] == [0, 1, 2, 3] * 5
     assert columns["feasible"] == [True] * 20
+    assert columns["friction"] == [1.0] * 20
 
 
 def test_vehicles_that_agents_drive_have_no_family() -> None:

@@ -60,6 +60,13 @@ def test_successes_are_filled_failures_hollow_and_the_front_of_the_successes_joi
     assert [text.get_text() for text in legend.get_texts()] == ["rule-3", "rule-4", "rule-plus", "ddqn", "hybrid-hrl"]
 
 
+def test_an_oracle_is_drawn_and_is_no_end_of_the_line() -> None:
+    seer = placed("oracle", 90.0, 0.5, 1.0).model_copy(update={"kind": "oracle"})
+    figure = drawn(seer, placed("rule-3", 100.0, 5.0, 1.0), placed("rule-4", 150.0, 3.0, 1.0))
+    assert {*marks(figure)} == {"oracle", "rule-3", "rule-4"}
+    np.testing.assert_allclose(figure.axes[0].get_lines()[0].get_xydata(), [[10.0, 5.0], [15.0, 3.0]])  # type: ignore[arg-type]
+
+
 def test_who_lies_far_beyond_the_successes_is_named() -> None:
     figure = drawn(placed("rule-3", 100.0, 5.0, 1.0), placed("ddqn", 150.0, 4.0, 1.0), placed("rule-2", 10.0, 5.0, 0.1))
     assert figure.axes[0].get_title(loc="left") == "stop-line-v0\nbeyond: rule-2"

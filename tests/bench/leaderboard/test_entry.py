@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from hhrl_agents import METHODS, RULES
+from hhrl_agents import METHODS, ORACLES, RULES
 from hhrl_bench.errors import AgentError, RecordError, UnknownSuiteError
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.sources import shipped_methods
@@ -158,7 +158,7 @@ def test_an_agent_that_does_not_load_is_said_before_anything_is_played(monkeypat
 
 @pytest.mark.parametrize("suite", SUITES.values(), ids=SUITES)
 def test_a_suite_names_registered_agents_and_tasks(suite: Suite) -> None:
-    assert set(suite.agents) <= {*RULES, *METHODS}
+    assert set(suite.agents) <= {*RULES, *ORACLES, *METHODS}
     assert set(suite.tasks) <= set(TASKS)
     (names,) = [[unit.name for stage in suite.stages(Path("none")) for unit in stage]]
     assert len(set(names)) == len(names) >= max(len(suite.agents), len(suite.tasks))
@@ -171,7 +171,7 @@ OF_TRAFFIC = {"adversary", "platoon"}  # what drives other vehicles than the ego
 def test_the_quick_suite_plays_every_shipped_method_and_the_papers_rules() -> None:
     parts = {method.ffv.id for method in METHODS.values() if method.ffv}
     learned = set(shipped_methods()) - parts - OF_TRAFFIC
-    assert set(SUITES["quick"].agents) == {"rule-1", "rule-2", "rule-3", "rule-4", "rule-plus", *learned}
+    assert set(SUITES["quick"].agents) == {*RULES, *ORACLES, *learned} - {"rule-4-literal"}
 
 
 def test_an_unknown_suite_is_told_which_there_are() -> None:

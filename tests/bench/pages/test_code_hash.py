@@ -99,6 +99,15 @@ def test_a_new_file_below_a_folder_that_decides_changes_the_hash(copies: Mapping
     assert hash_code(copies) == before
 
 
+def test_the_numbers_that_rules_drive_by_are_in_the_hash(copies: Mapping[str, Path]) -> None:
+    before, numbers = hash_code(copies), copies["hhrl_agents"] / "rules" / "rule-tuned.json"
+    text = numbers.read_text()
+    numbers.write_text(text + "\n")
+    assert hash_code(copies) != before
+    numbers.write_text(text)
+    assert hash_code(copies) == before
+
+
 def test_an_extension_is_in_the_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, hashes = tmp_path / "of_mine.py", {code_sha256()}
     for value in (1, 2):

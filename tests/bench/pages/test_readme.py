@@ -23,6 +23,7 @@ SLOW = tuple(
     f"hhrl-bench {verb}"
     for verb in (
         "train",
+        "tune",
         "run",
         "evaluate runs/",
         "evaluate platoon",
@@ -75,14 +76,14 @@ def test_documentation_holds_the_commands_it_promises() -> None:
     verbs = {line.split()[1] for line in commands()}
     assert verbs == {
         "list", "evaluate", "watch", "run", "leaderboard", "train", "calibrate", "analyse", "robustness", "transfer",
-        "figures", "report", "sigma", "export",
+        "figures", "report", "sigma", "export", "tune",
     }  # fmt: skip
 
 
 def test_the_results_table_says_what_the_published_leaderboard_holds() -> None:
     board = read_entry(ROOT / "leaderboards" / "quick.json")
     text = (ROOT / "README.md").read_text()
-    rows = re.findall(r"^\| (Rule \d|Rule plus|flat Double DQN|Hybrid HRL)[^|]*\| (.*) \|$", text, re.MULTILINE)
+    rows = re.findall(r"^\| (Rule \w+|Oracle|flat Double DQN|Hybrid HRL)[^|]*\| (.*) \|$", text, re.MULTILINE)
     shown = board.on(board.tasks[0])
     assert len(rows) == len(shown)
     for (_, cells), result in zip(rows, shown, strict=True):
@@ -99,6 +100,7 @@ SHOWN = {
     "not_stop": "{:.1%}",
     "timeout": "{:.1%}",
     "success": "{:.1%}",
+    "score": "{:.3f}",
 }
 
 
@@ -106,6 +108,7 @@ def said(key: str, metric: MetricRecord) -> str:
     if metric.mean is None or metric.low is None or metric.high is None:
         return "\N{EN DASH}"
     interval = f" ({percent(metric.low)}, {percent(metric.high)})" if key == "success" else ""
+    interval = f" ({metric.low:.3f}, {metric.high:.3f})" if key == "score" else interval
     return SHOWN[key].format(metric.mean) + interval
 
 

@@ -1,16 +1,22 @@
 """REPLICATION.md says of the paper suite what its published leaderboard holds."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hhrl_bench.evaluation.loading import load_agent
 from hhrl_bench.evaluation.records import MetricRecord
+from hhrl_bench.evaluation.rollout import Rollout
 from hhrl_bench.leaderboard.comparisons import Runs, compare
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.statistics.intervals import bootstrap_mean
+from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.training.learning_curves import Curve, area
+from hhrl_envs import Option, get_scenario, observation
+from hhrl_envs.simulation.rewards import UNSAFE
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "REPLICATION.md").read_text()
@@ -98,13 +104,14 @@ def test_what_each_part_adds(part: str, to: str) -> None:
     [
         ("ddqn", "hrl-1", "0.10 points (0.03, 0.18)"),
         ("ddqn", "hrl-3", "0.07 points (0.02, 0.12)"),
-        ("ddqn", "hybrid-hrl", "0.13 points (0.04, 0.24)"),
-        ("hrl-0", "hybrid-hrl", "0.13 points (0.04, 0.24)"),
-        ("hrl-2", "hrl-1", "0.09 points (0.02, 0.17)"),
+        ("hrl-0", "hrl-1", "0.10 points (0.03, 0.18)"),
+        ("hrl-0", "hrl-3", "0.07 points (0.02, 0.12)"),
+        ("hybrid-hrl", "hrl-1", "0.08 points (0.01, 0.16)"),
     ],
 )
 def test_which_methods_succeed_more_often(better: str, worse: str, points: str) -> None:
-    (one,) = (one for one in BOARD.comparisons if {one.agent, one.other} == {better, worse})
+    pairs = (one for one in BOARD.comparisons if one.metric == "success")
+    (one,) = (one for one in pairs if {one.agent, one.other} == {better, worse})
     percent, found = 100.0 if one.agent == better else -100.0, one.difference
     numbers = [percent * (bound or 0.0) for bound in (found.mean, found.low, found.high)]
     assert points == f"{numbers[0]:.2f} points ({min(numbers[1:]):.2f}, {max(numbers[1:]):.2f})"
@@ -117,3 +124,21 @@ def test_the_three_trainings(row: str) -> None:
     (metrics,) = (result.metrics for result in board.results if result.agent == TRAININGS[row])
     rates = (metrics.success, metrics.collision, metrics.not_stop, metrics.timeout)
     assert cells(row) == [said(rate, 2, percent=True) for rate in rates]
+
+
+@pytest.mark.parametrize("agent", ["rule-1", "hybrid-hrl:2", "rule-4", "hybrid-hrl:0"])
+def test_how_often_the_unsafe_term_is_not_the_printed_one(agent: str) -> None:
+    (row,) = re.findall(rf"^\| `{agent}` \| (stop-line\S*) \| (.*) \| (.*) \| (.*) \|$", PAGE, re.MULTILINE)
+    task = get_task(row[0])
+    built = get_scenario(task.scenario)
+    printed = replace(built, reward=replace(built.reward, unsafe="printed"))
+    seeds = np.arange(task.test.start, task.test.start + 1000, dtype=np.uint64)
+    rollouts = (Rollout(load_agent(agent, task.id), scenario, seeds) for scenario in (built, printed))
+    steps = count = 0
+    most = np.zeros(2)  # before the line, past it
+    for ours, theirs in zip(*rollouts, strict=True):
+        difference = np.abs(theirs.results.terms - ours.results.terms)[:, UNSAFE[Option.SSL]]
+        past = ours.results.observations[:, observation.D_D] < 0.0
+        steps, count = steps + int(ours.running.sum()), count + int((difference > 0.0).sum())
+        most = np.maximum(most, [difference[~past].max(initial=0.0), difference[past].max(initial=0.0)])
+    assert [1000.0 * count / steps, *most] == pytest.approx([float(cell) for cell in row[1:]], rel=5e-3, abs=5e-3)

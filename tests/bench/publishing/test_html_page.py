@@ -5,15 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import write_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
 from hhrl_bench.paper_table import TABLE_I
 from hhrl_bench.publishing.html_page import LARGEST_SVG, html
-from hhrl_bench.tables.comparisons import comparison_table
+from hhrl_bench.tables.comparisons import comparison_tables
 from hhrl_bench.tables.learning import efficiency_table, outcome_tables
-from hhrl_bench.tables.results import results_table, runs_table, worst_cases_table
+from hhrl_bench.tables.results import further_tables, results_table, runs_table, sensitivity_tables
 from hhrl_bench.tables.transfers import transfer_tables
 from hhrl_bench.text import NONE
 from support.command_line import invoke
@@ -51,8 +50,9 @@ def test_every_number_of_every_table_is_on_the_page(board: LeaderboardRecord, pa
     assert board.transfer is not None
     for task in board.tasks:
         results, compared = board.on(task), compared_to_best(board, task)
-        tables = [results_table(task, results, seeds=True), worst_cases_table(task, results), runs_table(results)]
-        tables += [comparison_table(compared, [METRICS["success"]]), efficiency_table(board.efficiency)]
+        tables = [results_table(task, results, seeds=True), *further_tables(task, results), runs_table(results)]
+        tables += [*sensitivity_tables(board.sensitivity, task), *comparison_tables(compared)]
+        tables += [efficiency_table(board.efficiency)]
         tables += [*outcome_tables(board.trainings), *transfer_tables(board.transfer.rows)]
         for table in (table for table in tables if table.groups):
             assert [table.names, *(column.line for column in table.columns)] in page.rows
@@ -64,7 +64,7 @@ def test_every_number_of_every_table_is_on_the_page(board: LeaderboardRecord, pa
 def test_a_result_stands_with_its_intervals_and_without_the_papers_rows(board: LeaderboardRecord, page: Page) -> None:
     success = board.results[1].metrics.success
     assert success.mean is not None
-    row = next(row for row in page.rows if row[0] == "rule-2" and len(row) == 11)
+    row = next(row for row in page.rows if row[0] == "rule-2" and len(row) == 12)
     assert row[9].startswith(f"{success.mean:.1%} ")
     assert not {row.policy for row in TABLE_I} & {row[0] for row in page.rows}, "these tasks are not of its world"
 

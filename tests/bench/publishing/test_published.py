@@ -10,6 +10,7 @@ import pytest
 
 from hhrl_agents import METHODS
 from hhrl_agents.policies.checkpoint_file import SHIPPED
+from hhrl_bench.evaluation.evidence import read_evidence
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.entry_files import entry_paths
@@ -19,7 +20,7 @@ from hhrl_bench.suites.suites import SUITES
 from hhrl_bench.suites.units import SeedTraining
 from hhrl_bench.verification.checked_result import checked_results
 from hhrl_bench.verification.verify import check_result, verify
-from hhrl_envs import get_scenario
+from hhrl_envs import Outcome, get_scenario
 from support.command_line import invoke
 
 FOLDER = Path(__file__).parents[3] / "leaderboards"
@@ -56,6 +57,21 @@ def test_a_published_leaderboard_is_verified_and_some_of_its_agents_run_again(pa
         findings, readable = check_result(Level.RERUN, results[index], again=True)
         assert readable
         assert list(map(str, findings)) == []
+
+
+@EACH_BOARD
+def test_nobody_is_quicker_than_the_oracle(path: Path) -> None:
+    """But for what steps, levels and the actuator's lag cost its plans: four steps at most."""
+    store, episodes = Store(FOLDER), 0
+    for result in read_entry(path).results:
+        for run in result.runs:
+            evidence = read_evidence(run, store)
+            if "fewest_steps" in evidence.measured:
+                stopped = evidence.outcome == int(Outcome.SUCCESS)
+                fewest, steps = evidence.measured["fewest_steps"][stopped], evidence.steps[stopped]
+                assert (steps >= fewest - 4).all(), result.agent
+                episodes += stopped.sum()
+    assert episodes > 1000
 
 
 @pytest.mark.parametrize("name", [path.stem for path in entry_paths(FOLDER) if path.stem in SUITES])

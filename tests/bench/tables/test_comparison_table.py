@@ -50,15 +50,16 @@ def test_the_table_fits_and_names_every_agent_and_task(width: int) -> None:
 
 def test_differences_are_signed_and_of_rates_in_percentage_points() -> None:
     [learned, below, rule, *_] = [line.split() for line in printed(250)[4:]]
-    assert learned[:9] == ["hybrid-hrl", "+12.5", "0.75", "+12.5", "0.75", "+12.5", "0.75", "+12.5", "0.75"]
-    assert learned[9:11] == ["+0.1", "0.75"]
-    assert below[:4] == ["+0.0,", "+25.0", "0.50,", "1.00"]
-    assert rule[:3] == ["rule-plus", "-25.0", NONE]
+    assert learned[:3] == ["hybrid-hrl", "+0.125", "0.75"]
+    assert learned[3:11] == ["+12.5", "0.75", "+12.5", "0.75", "+12.5", "0.75", "+12.5", "0.75"]
+    assert learned[11:13] == ["+0.1", "0.75"]
+    assert below[:8] == ["+0.000,", "+0.250", "0.50,", "1.00", "+0.0,", "+25.0", "0.50,", "1.00"]
+    assert rule[:5] == ["rule-plus", "-0.250", NONE, "-25.0", NONE]
 
 
 def test_a_metric_that_an_agent_has_not_is_a_dash() -> None:
     flat = next(line.split() for line in printed(250) if line.startswith("ddqn"))
-    assert flat == ["ddqn", *[NONE] * 18]
+    assert flat == ["ddqn", *[NONE] * 20]
 
 
 def test_a_narrow_console_keeps_the_intervals_as_long_as_it_can() -> None:
@@ -66,11 +67,11 @@ def test_a_narrow_console_keeps_the_intervals_as_long_as_it_can() -> None:
     assert not any("+0.0, +25.0" in line for line in printed(30))
 
 
-def test_every_metric_that_agents_are_compared_by_is_shown_success_first() -> None:
+def test_every_metric_that_agents_are_compared_by_is_shown_the_score_first() -> None:
     table, _ = comparison_tables(study())
     headings = [column.wide for column in table.columns[::2]]
     assert len(headings) == len(METRICS)
-    assert headings[:4] == ["success", "collision", "not\nstop", "timeout"]
+    assert headings[:5] == ["score", "success", "collision", "not\nstop", "timeout"]
 
 
 def test_one_agent_is_named_with_what_its_interval_is_of_and_no_probability_that_it_has_not() -> None:
@@ -78,7 +79,7 @@ def test_one_agent_is_named_with_what_its_interval_is_of_and_no_probability_that
     pairs = [compare(one, other, "stop-line-v0", metric, np.random.default_rng(0)) for metric in METRICS]
     (table,) = comparison_tables(pairs)
     assert table.full_title == "rule-4 minus rule-plus on stop-line-v0, 2 test episodes"
-    assert [column.line for column in table.columns[:3]] == ["success", "collision", "not stop"]
+    assert [column.line for column in table.columns[:3]] == ["score", "success", "collision"]
     said = " ".join(note.text for note in table.notes)
     assert said.endswith("is its 95% interval, a bootstrap over the test episodes, world by world.")
     assert "P:" not in said

@@ -4,10 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from hhrl_bench.evaluation.metrics import HEADLINE, compared
 from hhrl_bench.leaderboard.entry import write_entry
 from hhrl_bench.leaderboard.record import LeaderboardRecord, compared_to_best
 from support.command_line import invoke
 from support.whole_board import AGENTS, whole_board
+
+COMPARED = [metric.key for metric in compared()]
 
 LONG = "my_agents/careful_driver_of_mine:make_a_very_careful_agent"
 
@@ -55,12 +58,12 @@ def test_names_are_text_whatever_they_hold(tmp_path: Path, name: str) -> None:
 def test_every_agent_but_the_best_is_compared_to_it() -> None:
     board = whole_board()
     for task in board.tasks:
-        compared = compared_to_best(board, task)
-        best = max(board.on(task), key=lambda result: result.metrics.success.mean or 0.0)
-        assert {one.other for one in compared} == {best.agent}
-        assert [one.agent for one in compared] == [agent for agent in AGENTS if agent != best.agent]
-        for one in compared:
+        pairs = compared_to_best(board, task)
+        best = max(board.on(task), key=lambda result: getattr(result.metrics, HEADLINE).mean or 0.0)
+        assert {one.other for one in pairs} == {best.agent}
+        others = [agent for agent in AGENTS if agent != best.agent]
+        assert [(one.agent, one.metric) for one in pairs] == [(agent, key) for agent in others for key in COMPARED]
+        for one in pairs:
             own = next(result for result in board.on(task) if result.agent == one.agent)
-            assert one.difference.mean == pytest.approx(
-                (own.metrics.success.mean or 0.0) - (best.metrics.success.mean or 0.0)
-            )
+            expected = (getattr(own.metrics, one.metric).mean or 0.0) - (getattr(best.metrics, one.metric).mean or 0.0)
+            assert one.difference.mean == pytest.approx(expected)

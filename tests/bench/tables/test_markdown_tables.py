@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hhrl_bench.leaderboard.entry import read_entry
-from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.leaderboard.record import LeaderboardRecord, standing
 from hhrl_bench.paper_table import TABLE_I
 from hhrl_bench.tables.markdown import plain, suite_page
 from support.whole_board import AGENTS, whole_board
@@ -52,6 +52,19 @@ def test_rows_of_all_entries_stand_by_success(page: str) -> None:
     assert entries == ["published", "theirs"] * 3
 
 
+def test_those_without_a_score_stand_behind_those_with_one_and_an_oracle_behind_all() -> None:
+    board = read_entry(PUBLISHED / "quick.json")
+    names_of = {result.agent: result for result in board.on(board.tasks[0])}
+    poor, rich, seer = (names_of[name] for name in ("rule-1", "rule-4", "oracle"))
+    others = {
+        metric.key: rich.metrics.get(metric.key) for metric in rich.metrics.declarations() if metric.key != "score"
+    }
+    unscored = rich.model_copy(update={"metrics": rich.metrics.model_validate(others)})
+    assert sorted([seer, unscored, poor], key=standing, reverse=True) == [poor, unscored, seer]
+    _, first = suite_page({"quick": board}).split(f"\n## {board.tasks[0].id}\n")
+    assert names(section(first, "### Results"))[-1] == "oracle"
+
+
 def test_the_papers_rows_stand_below_the_task_of_its_world_only(page: str) -> None:
     assert "the paper" not in page
     text = section(suite_page({"paper": read_entry(PUBLISHED / "paper.json")}), "### Results")
@@ -78,7 +91,8 @@ def test_success_has_its_interval_and_the_command_its_commit(page: str) -> None:
 
 def test_comparisons_efficiency_and_transfer_are_told_of_every_entry(page: str) -> None:
     for entry in ("published", "theirs"):
-        assert f"### Success, less that of rule-4, {entry}" in page
+        assert f"### Score, success, less that of rule-4, {entry}" in page
+        assert f"### Sensitivity to the weights of the score, {entry}" in page
         assert f"## Thousand env steps to 93% validation success, {entry}" in page
         assert f"## hybrid-hrl trained on stop-line-v0, seeds 0-2,5, {entry}" in page
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from hhrl_bench.evaluation import metrics
+from hhrl_bench.evaluation import metric
 from hhrl_bench.evaluation.metrics import METRICS, Metric, register_metric
 from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.record import LeaderboardRecord
@@ -29,7 +29,7 @@ def board() -> Iterator[LeaderboardRecord]:
     scored = whole_board()
     register_metric(MISSES)
     yield scored
-    metrics._by_key.pop(MISSES.key)
+    metric._by_key.pop(MISSES.key)
 
 
 def with_metric(board: LeaderboardRecord) -> LeaderboardRecord:
@@ -102,18 +102,18 @@ def test_a_registered_metric_is_the_last_column_wherever_results_are_shown(board
     board = with_metric(board)
     task = board.tasks[0]
     shown = results_table(task, board.on(task))
-    assert [column.line for column in shown.columns][-2:] == ["success", "line misses"]
+    assert [column.line for column in shown.columns][-3:] == ["success", "score", "line misses"]
     assert [row.cells[-1].value for row in shown.groups[0].rows] == ["123.25", None, None]
     assert "123.25" in printed(shown, 200)
     narrow = printed(shown, 40)
-    assert "success" in narrow
+    assert "score" in narrow
     assert "123.25" not in narrow
-    assert "| success | line misses | seeds | entry |" in suite_page({"a": board})
+    assert "| success | score | line misses | seeds | entry |" in suite_page({"a": board})
     assert any("line misses" in row for row in Page(html(board, Store(Path("unused")))).rows)
 
 
 def test_a_metric_that_no_result_has_is_no_column(board: LeaderboardRecord) -> None:
-    assert results_table(board.tasks[0], board.on(board.tasks[0])).columns[-1].line == "success"
+    assert results_table(board.tasks[0], board.on(board.tasks[0])).columns[-1].line == "score"
 
 
 def test_a_table_says_which_rows_are_a_users_own_code(board: LeaderboardRecord) -> None:

@@ -1,51 +1,104 @@
-from dataclasses import replace
+"""The harder tiers leave room: a rule without memory cannot close it, and what they hide would."""
+
+from functools import cache
 
 import numpy as np
 import pytest
 
-from hhrl_agents import RULES, Agent
-from hhrl_agents.rules.controllers import Tuning
-from hhrl_agents.rules.rule_plus import RulePlus
-from hhrl_bench.evaluation.paired_evaluation import play
-from hhrl_bench.tasks.tasks import TASKS
-from hhrl_envs import SCENARIOS, Outcome, Scenario, Simulator
+from hhrl_agents import RULES, Decision
+from hhrl_bench.evaluation.metrics import HEADLINE, METRICS
+from hhrl_bench.evaluation.paired_evaluation import play_task
+from hhrl_bench.tasks.tasks import TASKS, get_task
+from hhrl_envs import SCENARIOS, Scenario, Simulator
+from hhrl_envs.arrays import Flags, Floats32
+from hhrl_envs.observation import A_E, D_D, D_F, V_E, to_si
+from hhrl_envs.scenario.registry import SUPERSEDED
+from support.headroom import TIERS, Room, room, table
 
-TIERS = [SCENARIOS[f"stop-line-{tier}-v0"] for tier in ("dense", "erratic", "wet", "noisy")]
-DENSE, ERRATIC, WET, NOISY = TIERS
-EPISODES = 1000
-EACH_TIER = pytest.mark.parametrize("tier", TIERS, ids=lambda tier: tier.id)
-
-_GENTLE = Tuning(headway=2.1, decel=0.8, response=1.1, accel=1.1)
-_SLOWLY = replace(DENSE.road, speed_limit=8.0, start_speed=(0.0, 0.0))
-
-ANSWERS = {
-    DENSE.id: RulePlus(replace(DENSE, road=_SLOWLY)),
-    ERRATIC.id: RulePlus(ERRATIC, Tuning(headway=2.5)),
-    WET.id: RulePlus(WET, Tuning(decel=1.0)),
-    NOISY.id: RulePlus(NOISY, _GENTLE),
-}
-"""For each tier the same rule, driven by somebody who knows the tier: slower, further away, or more gently."""
+EPISODES = 400
+EACH_TIER = pytest.mark.parametrize("tier", TIERS)
 
 
-def success(agent: Agent, tier: Scenario) -> float:
-    records = play(agent, tier, TASKS[tier.id].test.take(EPISODES), rows=EPISODES).records
-    return float(np.mean(records.outcome == Outcome.SUCCESS))
+@cache
+def played(tier: str) -> Room:
+    return room(tier, EPISODES)
+
+
+def share(tier: str, agent: str) -> float:
+    """The score of an agent as a share of the oracle's, as the page has them."""
+    said = dict(zip(Room._fields, table()[tier], strict=True))
+    return said[agent] / said["oracle"]
 
 
 @EACH_TIER
-def test_nearly_every_world_is_feasible(tier: Scenario) -> None:
-    simulator = Simulator(tier, EPISODES)
-    simulator.reset(TASKS[tier.id].test.take(EPISODES))
+def test_nearly_every_world_is_feasible(tier: str) -> None:
+    simulator = Simulator(SCENARIOS[tier], 1000)
+    simulator.reset(TASKS[tier].test.take(1000))
     assert simulator.feasible.mean() >= 0.985
 
 
 @EACH_TIER
-def test_no_rule_solves_a_tier(tier: Scenario) -> None:
-    shares = {name: success(make(tier), tier) for name, make in RULES.items()}
-    best = max(shares, key=lambda name: shares[name])
-    assert 0.7 <= shares[best] <= 0.92, shares
+def test_a_tuned_rule_leaves_room(tier: str) -> None:
+    assert share(tier, "tuned") <= 0.75
+    assert share(tier, "robust") <= 0.65
 
 
 @EACH_TIER
-def test_another_reaction_to_the_same_observations_does_far_better(tier: Scenario) -> None:
-    assert success(ANSWERS[tier.id], tier) >= success(RulePlus(tier), tier) + 0.05
+def test_the_room_is_what_is_hidden(tier: str) -> None:
+    assert share(tier, "told") >= 0.9
+
+
+@EACH_TIER
+def test_the_page_says_what_is_scored(tier: str) -> None:
+    """Its means over 10,000 episodes lie within four standard errors of those over the first ones."""
+    said = table()[tier]
+    for mean, scores in zip(said, played(tier), strict=True):
+        assert abs(mean - np.mean(scores)) < 4.0 * np.std(scores) / np.sqrt(EPISODES) + 0.0005, HEADLINE
+
+
+def test_superseded_scenarios_are_known_and_so_are_their_successors() -> None:
+    assert SUPERSEDED.keys() == {f"stop-line-{tier}-v0" for tier in ("dense", "erratic", "wet", "noisy")}
+    assert {*SUPERSEDED, *SUPERSEDED.values()} <= SCENARIOS.keys()
+    assert set(SUPERSEDED.values()) <= TIERS.keys()
+
+
+class Crawler:
+    """A follower that stops in nearly every world of a tier by being slow; gap 5 m, headway 1 s.
+
+    numbers: gain [1/s], margin before the line [m], deceleration [m/s^2], anticipated lag [s].
+    """
+
+    def __init__(self, scenario: Scenario, *numbers: float) -> None:
+        self._levels = np.array(scenario.vehicle.levels)
+        self._gain, self._margin, self._decel, self._lag = numbers
+
+    def reset(self, mask: Flags) -> None:
+        """Do nothing: it has no memory."""
+
+    def act(self, observations: Floats32) -> Decision:
+        state = to_si(observations)
+        speed = np.maximum(state[:, V_E] + self._lag * state[:, A_E], 0.0)
+        line = state[:, D_D] - self._margin - self._lag * state[:, V_E]
+        gap = state[:, D_F] - 5.0 - (1.0 + self._lag) * state[:, V_E]
+        wanted = np.sqrt(2.0 * self._decel * np.maximum(np.minimum(line, gap), 0.0))
+        accel = self._gain * (wanted - speed)
+        return Decision(np.full(len(accel), -1), np.abs(accel[:, None] - self._levels).argmin(axis=1))
+
+
+@pytest.mark.parametrize(
+    ("tier", "numbers"),
+    [
+        ("stop-line-erratic-v0", (2.0, 1.2, 0.3, 1.0)),
+        ("stop-line-dense-v0", (2.0, 1.2, 1.0, 0.5)),
+        ("stop-line-noisy-v0", (2.0, 1.2, 0.3, 1.0)),
+    ],
+)
+def test_a_crawler_stops_nearly_always_and_scores_little(tier: str, numbers: tuple[float, ...]) -> None:
+    task = get_task(tier)
+    crawler = Crawler(SCENARIOS[tier], *numbers)
+    played = play_task(crawler, task, task.test.take(EPISODES)).records
+    assert METRICS["success"].values(played).mean() > 0.95
+    assert METRICS[HEADLINE].values(played).mean() < 0.6
+    rules = (RULES[name](SCENARIOS[tier]) for name in ("rule-plus", "rule-tuned"))
+    others = [play_task(rule, task, task.test.take(EPISODES)).records for rule in rules]
+    assert max(METRICS[HEADLINE].values(one).mean() for one in others) > METRICS[HEADLINE].values(played).mean()

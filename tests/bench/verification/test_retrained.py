@@ -98,6 +98,27 @@ def test_another_checkpoint_or_another_training_is_found(board: LeaderboardRecor
         assert finding.said.startswith(problem)
 
 
+def test_a_curve_is_held_to_its_training_whatever_else_was_scored_of_it(board: LeaderboardRecord, folder: Path) -> None:
+    first = board.results[0]
+    copied = first.model_copy(update={"agent": "copy"})
+    curve = board.trainings[0]
+    rates = (tuple(1.0 - (rate or 0.0) for rate in curve.testing.success[0]), *curve.testing.success[1:])
+    forged = curve.model_copy(update={"testing": curve.testing.model_copy(update={"success": rates})})
+    other = board.model_copy(update={"results": (copied, first), "trainings": (forged,)})
+    assert [one.result for one in trained_seeds(other)] == [0, 0]
+    assert "trainings[0].testing.success[0]" in next(iter(retrain(other, Store(folder)))).place
+
+
+def test_what_a_training_says_of_itself_is_what_it_says_again(tmp_path: Path) -> None:
+    moved = board_of(REUSE, tmp_path)
+    for index, change in ((0, {"env_steps": 16}), (3, {"command": "hhrl-bench train hybrid-hrl"})):
+        run = moved.results[index].runs[0]
+        assert run.training is not None
+        changed = with_run(moved, index, 0, run.model_copy(update={"training": run.training.model_copy(update=change)}))
+        places = [finding.place for finding in retrain(changed, Store(tmp_path))]
+        assert places == [f"results[{index}].runs[0].training.{next(iter(change))}"]
+
+
 def test_what_is_not_exact_is_left_out(board: LeaderboardRecord, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = board.results[1].runs[1]
     assert run.training is not None

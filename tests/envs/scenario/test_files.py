@@ -5,13 +5,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from hhrl_envs import SCENARIOS, InputError, ProfileFamily, Scenario, Traffic, read_scenario
+from hhrl_envs import SCENARIOS, InputError, Option, ProfileFamily, Scenario, Simulator, Traffic, read_scenario
 from hhrl_envs import scenario_from_json as from_json
 from hhrl_envs import scenario_to_json as to_json
 from hhrl_envs.scenario import files
 from hhrl_envs.scenario.registry import add_scenario
+from hhrl_envs.simulation.rewards import UNSAFE
+from support.hidden import HIDDEN
 
 MAIN = SCENARIOS["stop-line-v0"]
 
@@ -25,7 +28,7 @@ def changed(*place: str | int, value: Any) -> str:
     return json.dumps(data)
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenario: scenario.id)
+@pytest.mark.parametrize("scenario", [*SCENARIOS.values(), *HIDDEN.values()], ids=lambda scenario: scenario.id)
 def test_what_is_written_is_read_again_to_the_same_hash(scenario: Scenario, tmp_path: Path) -> None:
     path = tmp_path / "world.json"
     path.write_text(to_json(scenario))
@@ -39,6 +42,26 @@ def test_what_is_left_out_has_its_default() -> None:
     families = [{"name": "calm", "weight": 1.0, "dwell": [1.0, 2.0]}]
     read = from_json(json.dumps({"id": "bare-v0", "traffic": {"families": families}}))
     assert read == Scenario("bare-v0", Traffic((ProfileFamily("calm", 1.0, dwell=(1.0, 2.0)),)))
+
+
+def charged(scenario: Scenario) -> float:
+    """What 50 egos that drive on at full throttle pay for being too fast to stop at the line."""
+    simulator, charges = Simulator(scenario, 50), 0.0
+    simulator.reset(np.arange(50))
+    for _ in range(150):
+        simulator.step(np.full(50, scenario.num_actions - 1))
+        charges -= simulator.terms[:, UNSAFE[Option.SSL]].sum()
+    return charges
+
+
+def test_a_file_may_ask_for_the_printed_reward(tmp_path: Path) -> None:
+    path = tmp_path / "printed.json"
+    path.write_text(changed("reward", "unsafe", value="printed"))
+    scenario = read_scenario(path)
+    assert scenario == replace(MAIN, reward=replace(MAIN.reward, unsafe="printed"))
+    assert from_json(to_json(scenario)) == scenario
+    assert scenario.spec_hash != MAIN.spec_hash
+    assert charged(scenario) > charged(MAIN) > 0.0
 
 
 @pytest.mark.parametrize(
@@ -60,6 +83,19 @@ def test_what_is_left_out_has_its_default() -> None:
         (changed("road", "friction", value=True), "road.friction is True; write a coefficient"),
         (changed("road", "lines", value=0.0), "road.lines is 0.0; write"),
         (changed("road", "start_speed", value=[5]), "road.start_speed is (5,); write a list (low, high) in m/s"),
+        (changed("road", "slippery", value=0.3), "road.slippery is 0.3; write an object with the keys share, friction"),
+        (changed("road", "slippery", value={"share": 1}), "road.slippery lacks 'friction'; add it"),
+        (
+            changed("road", "slippery", value={"share": 2, "friction": [0.1, 0.2]}),
+            "road.slippery.share is 2; write a share from 0 to 1",
+        ),
+        (
+            changed("sensor", "ghosts", value=0.3),
+            "sensor.ghosts is 0.3; write an object with the keys share, stretch, near",
+        ),
+        (changed("sensor", "ghosts", value={"share": -1}), "sensor.ghosts.share is -1; write a share from 0 to 1"),
+        (changed("sensor", "dropout", value=1.0), "sensor.dropout is 1.0; write a share from 0 to 0.95"),
+        (changed("sensor", "dropout_time", value=0), "sensor.dropout_time is 0; write seconds from 0.001 to 1000"),
         (changed("dt", value=float("1e308") * 10), "Infinity is no number"),
         (changed("goal", value=0), "goal is 0; write one of: 'STOP', 'PASS', 'FOLLOW'"),
         (changed("goal", value=["STOP"]), "goal is ['STOP']; write one of"),
@@ -75,6 +111,8 @@ def test_what_is_left_out_has_its_default() -> None:
         ),
         (changed("id", value="../escape"), "id is '../escape'; write a name of letters"),
         (changed("horizon", value=10**30), "world.json: horizon is "),
+        (changed("reward", "unsafe", value="literal"), "reward.unsafe is 'literal'; write one of: floored, printed"),
+        (changed("reward", "unsafe", value=None), "reward.unsafe is None; write one of: floored, printed"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(text: str, said: str, tmp_path: Path) -> None:

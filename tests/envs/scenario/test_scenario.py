@@ -1,9 +1,24 @@
-from dataclasses import replace
+import hashlib
+import json
+from dataclasses import asdict, replace
 from typing import Any
 
 import pytest
 
-from hhrl_envs import SCENARIOS, Goal, InputError, Road, Scenario, Signal, UnknownScenarioError, Vehicle, get_scenario
+from hhrl_envs import (
+    SCENARIOS,
+    Ghosts,
+    Goal,
+    InputError,
+    Road,
+    Scenario,
+    Sensor,
+    Signal,
+    Slippery,
+    UnknownScenarioError,
+    Vehicle,
+    get_scenario,
+)
 
 MAIN = get_scenario("stop-line-v0")
 
@@ -30,6 +45,42 @@ def test_hashes_follow_what_they_stand_for() -> None:
     assert other_world.interface_hash == MAIN.interface_hash
     other_levels = replace(MAIN, vehicle=Vehicle(levels=(-3.0, 2.0)))
     assert other_levels.interface_hash != MAIN.interface_hash
+
+
+def test_an_addition_counts_in_the_hash_only_where_it_is_used() -> None:
+    """Fields that scenarios did not always have leave the hash of every scenario without them as it was."""
+    before = {name: value for name, value in asdict(MAIN).items() if value is not None}
+    for part, additions in {
+        "reward": ["unsafe"],
+        "sensor": ["dropout", "dropout_time", "ghosts"],
+        "road": ["slippery"],
+    }.items():
+        for addition in additions:
+            del before[part][addition]
+    stored = json.dumps(before, sort_keys=True)
+    assert MAIN.spec_hash == hashlib.sha256(stored.encode()).hexdigest()
+    printed = replace(MAIN, reward=replace(MAIN.reward, unsafe="printed"))
+    flickering = replace(MAIN, sensor=Sensor(dropout=0.5))
+    slower = replace(MAIN, sensor=Sensor(dropout=0.5, dropout_time=2.0))
+    slippery = replace(MAIN, road=Road(slippery=Slippery(0.5, (0.1, 0.3))))
+    haunted = replace(MAIN, sensor=Sensor(ghosts=Ghosts(0.5)))
+    nearer = replace(MAIN, sensor=Sensor(ghosts=Ghosts(0.5, near=4.0)))
+    others = haunted, nearer, printed, flickering, slower, slippery, replace(MAIN, learned_fronts=1)
+    assert len({MAIN.spec_hash, *(other.spec_hash for other in others)}) == 1 + len(others)
+    assert replace(printed, reward=MAIN.reward).spec_hash == MAIN.spec_hash
+
+
+@pytest.mark.parametrize(
+    ("scenario_id", "spec_hash"),
+    [
+        ("stop-line-v0", "b0da6528c41afebc5c00449e5190d9cc95757514228eccff32a527e63543f2b9"),
+        ("red-light-v0", "6a0a2356a1ff77b4113f14ad7daf6e4b907d5e497bcba1870129e136eb82ed9c"),
+        ("adversary-v0", "780deb577655ffd0bf59b6076bfe27911db15e403efd04272a3fb1d08e935aab"),
+    ],
+)
+def test_hashes_stay_what_they_were(scenario_id: str, spec_hash: str) -> None:
+    """Checkpoints and published entries hold them."""
+    assert SCENARIOS[scenario_id].spec_hash == spec_hash
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hhrl_envs import SCENARIOS, Adversary, Band, Goal, InputError, Road, Scenario, Signal, Vehicle, get_scenario
+from hhrl_envs import (
+    SCENARIOS,
+    Adversary,
+    Band,
+    Ghosts,
+    Goal,
+    InputError,
+    Road,
+    Scenario,
+    Signal,
+    Slippery,
+    Vehicle,
+    get_scenario,
+)
 from hhrl_envs.simulation.constants import pack
 from hhrl_envs.views.arguments import as_flag
 from hhrl_envs.views.parallel_env import StopLineParallelEnv
@@ -21,7 +34,7 @@ WHOLE: dict[str, Any] = {
     part.__class__.__name__: part
     for part in (
         MAIN, MAIN.traffic, MAIN.vehicle, MAIN.road, MAIN.sensor, MAIN.reward, MAIN.band, FAMILY, Signal((5.0, 30.0)),
-        Adversary(),
+        Adversary(), Slippery(0.5, (0.1, 0.3)), Ghosts(0.5),
     )
 }  # fmt: skip
 
@@ -55,6 +68,11 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "stop_zone": [-1.0, 0.0, 5e-324, "2", INF, NAN],
         "stop_speed": [0.0, 1e-12, "0.1", INF, NAN],
         "friction": [0.0, 1e-9, 0.009, 1.6, "dry", NAN, True],
+        "slippery": [0.5, (0.1, 0.3), True, {}, "ice", Slippery],
+    },
+    "Slippery": {
+        "share": [-0.1, 1.1, NAN, "0.5", True, None],
+        "friction": [0.2, (0.2,), (0.3, 0.2), (0.009, 0.2), (0.2, 1.6), (NAN, 0.3), [0.1, 0.2], None, "ice"],
     },
     "Vehicle": {
         "levels": [
@@ -83,6 +101,14 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "noise_distance": [-0.5, NAN, INF, "3"],
         "noise_speed": [-0.5, None],
         "noise_accel": [-0.5, False],
+        "dropout": [-0.1, 0.951, 1, NAN, "0.5", True, None],
+        "dropout_time": [0.0, 1e-9, 1001.0, INF, NAN, "1", None],
+        "ghosts": [0.5, True, {}, "some", Ghosts, (0.5, 40.0, 6.0)],
+    },
+    "Ghosts": {
+        "share": [-0.1, 1.1, NAN, "0.5", True, None],
+        "stretch": [0.0, 9.9, 1001.0, INF, "40", None],
+        "near": [0.0, -1.0, 1001.0, NAN, True, None],
     },
     "Reward": {
         "sigma_1": [-1.0, NAN],
@@ -93,6 +119,7 @@ BAD: dict[str, dict[str, list[Any]]] = {
         "positive_jerk_only": ["no", 1, None],
         "safe_gap": [0.0, 1e-9, NAN, "5"],
         "timeout_scale": [-1.0, INF, True],
+        "unsafe": ["literal", "Printed", "", None, True, 1.0, ("printed",), ["printed"]],
     },
     "Signal": {"green_at": [5.0, (INF, INF), (5.0, 1.0), (5.0, 6.0, 7.0), "5", None, (NAN, NAN), (-1.0, 5.0)]},
     "Band": {

@@ -17,14 +17,16 @@ from hhrl_envs.simulation.engine import layout as layout_module
 from hhrl_envs.simulation.simulator import Simulator
 from hhrl_envs.views.gym_env import StopLineEnv, StopLineVectorEnv
 from hhrl_envs.views.parallel_env import StopLineParallelEnv
+from support.hidden import HIDDEN
 from support.trajectories import TrajectoryRecorder, chosen_level, digest
 
 STEPS, SEED = 200, 90
 FULL = layout.LANES  # of a block of rows
 BATCHES = ((7, 1, True), (64, 2, False), (FULL, 1, False), (FULL + 1, 2, True), (1024, 1, True), (1024, 2, False))
-WORLDS = [(scenario.id, 0) for scenario in SCENARIOS.values()] + [
+KNOWN = {**SCENARIOS, **HIDDEN}
+WORLDS = [(scenario.id, 0) for scenario in KNOWN.values()] + [
     (scenario.id, min(3, scenario.traffic.max_fronts))
-    for scenario in SCENARIOS.values()
+    for scenario in KNOWN.values()
     if scenario.goal != Goal.FOLLOW and scenario.traffic.max_fronts > 0
 ]
 DIGESTS: dict[tuple[str, int], str] = {
@@ -41,7 +43,7 @@ EACH = pytest.mark.parametrize(("scenario_id", "fronts"), WORLDS)
 
 @EACH
 def test_in_every_batch_on_every_thread_with_and_without_autoreset(scenario_id: str, fronts: int) -> None:
-    scenario, rng = get_scenario(scenario_id), np.random.default_rng(1)
+    scenario, rng = KNOWN[scenario_id], np.random.default_rng(1)
     alone = [TrajectoryRecorder(scenario, [seed], [0], fronts).record(STEPS)[0] for seed in (SEED, SEED + 1)]
     assert alone[0] != alone[1]
     for size, threads, autoreset in BATCHES:
@@ -53,7 +55,7 @@ def test_in_every_batch_on_every_thread_with_and_without_autoreset(scenario_id: 
 
 @EACH
 def test_after_other_episodes_in_the_same_memory(scenario_id: str, fronts: int) -> None:
-    scenario, seeds = get_scenario(scenario_id), range(SEED, SEED + 3)
+    scenario, seeds = KNOWN[scenario_id], range(SEED, SEED + 3)
 
     def use(simulator: Simulator) -> None:
         simulator.reset([5, 6, 7])
@@ -68,7 +70,7 @@ def test_after_other_episodes_in_the_same_memory(scenario_id: str, fronts: int) 
 
 @EACH
 def test_rows_do_not_notice_that_another_one_begins_anew(scenario_id: str, fronts: int) -> None:
-    scenario, rows = get_scenario(scenario_id), FULL + 2
+    scenario, rows = KNOWN[scenario_id], FULL + 2
     simulator = Simulator(scenario, rows, learned_fronts=fronts)
     simulator.reset(np.arange(rows))
     rng = np.random.default_rng(3)
@@ -91,7 +93,7 @@ def others(simulator: Simulator, rows: NDArray[np.bool_]) -> list[bytes]:
 
 @EACH
 def test_in_copies_of_an_environment(scenario_id: str, fronts: int) -> None:
-    env = StopLineParallelEnv(scenario_id, learned_fronts=fronts)
+    env = StopLineParallelEnv(KNOWN[scenario_id], learned_fronts=fronts)
     env.reset(seed=SEED)
     for _ in range(40):
         env.step(dict.fromkeys(env.agents, 4))
@@ -119,9 +121,9 @@ def test_in_copies_of_a_batch_that_threads_share() -> None:
 
 @EACH
 def test_in_the_pettingzoo_view(scenario_id: str, fronts: int) -> None:
-    simulator = Simulator(get_scenario(scenario_id), 1, learned_fronts=fronts)
+    simulator = Simulator(KNOWN[scenario_id], 1, learned_fronts=fronts)
     simulator.reset([SEED])
-    env = StopLineParallelEnv(scenario_id, learned_fronts=fronts)
+    env = StopLineParallelEnv(KNOWN[scenario_id], learned_fronts=fronts)
     observations, infos = env.reset(seed=SEED)
     endings = 0
     for _ in range(2 * STEPS):
@@ -158,11 +160,11 @@ def check_agent(agent: str, recorded: Any, simulator: Simulator, slot: int) -> N
 
 
 @pytest.mark.parametrize("continuous", [False, True])
-@pytest.mark.parametrize("scenario_id", SCENARIOS)
+@pytest.mark.parametrize("scenario_id", KNOWN)
 def test_in_the_gymnasium_and_vector_views(scenario_id: str, continuous: bool) -> None:
     rows, row = 5, 3
-    vector = StopLineVectorEnv(rows, scenario_id, continuous_actions=continuous)
-    single = StopLineEnv(scenario_id, continuous_actions=continuous)
+    vector = StopLineVectorEnv(rows, KNOWN[scenario_id], continuous_actions=continuous)
+    single = StopLineEnv(KNOWN[scenario_id], continuous_actions=continuous)
     batch, _ = vector.reset(seed=SEED - row)
     alone, _ = single.reset(seed=SEED)
     over = False
@@ -198,9 +200,9 @@ def test_a_level_and_its_acceleration_are_the_same_action() -> None:
 NUMBERS = {
     "stop-line-v0": ("DT", "PER_DT", "LENGTH", "LAG_GAIN", "SPEED_LIMIT", "SIGMA_1", "SIGMA_2", "SIGMA_3"),
     "stop-line-dense-v0": ("START_LOW", "START_HIGH", "START_SPEED_LOW", "GAP_LOW", "GAP_HIGH", "FRONT_SPEED_LOW"),
-    "stop-line-wet-v0": ("GRIP", "PER_TWICE_DECEL"),
+    "stop-line-wet-v0": ("FRICTION", "PER_TWICE_DECEL"),
 }
-FEW = {"GRIP": 4}  # bits: the last one of an acceleration mostly drowns in the speed's rounding
+FEW = {"FRICTION": 4}  # bits: the last one of an acceleration mostly drowns in the speed's rounding
 PARAMETERS = (
     "desired_speed", "headway", "max_accel", "comfort_decel", "min_gap", "line_decel", "stop_position", "line_speed",
 )  # fmt: skip
@@ -208,9 +210,7 @@ PARAMETERS = (
 
 def recorded_digest(scenario_id: str, fronts: int, change: Callable[[Simulator], None] | None = None) -> str:
     seeds = range(100, 116)
-    return digest(
-        TrajectoryRecorder(get_scenario(scenario_id), seeds, range(len(seeds)), fronts, change=change).record(200)
-    )
+    return digest(TrajectoryRecorder(KNOWN[scenario_id], seeds, range(len(seeds)), fronts, change=change).record(200))
 
 
 @pytest.mark.parametrize("fronts", [0, 2])

@@ -7,8 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hhrl_envs import SCENARIOS, InputError, Outcome, Scenario, Sensor, Simulator, get_scenario, observation
-from hhrl_envs.simulation.engine.compilation import kernel
-from hhrl_envs.simulation.rewards import TIME, TIMEOUT, unsafe_exp
+from hhrl_envs.simulation.rewards import TIME, TIMEOUT
 from support.driving import careful_actions, random_actions
 from support.reference import Facts, distances, rewards
 
@@ -230,17 +229,6 @@ def test_step_before_reset_and_bad_seeds_are_errors() -> None:
             simulator.reset(seeds)
     with pytest.raises(InputError, match="num_rows"):
         Simulator(MAIN, 0)
-
-
-@kernel
-def unsafe_exps(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([unsafe_exp(value) for value in x])
-
-
-def test_the_unsafe_exponential_is_exact_to_the_last_bits() -> None:
-    x = np.linspace(0.0, 1.0, 2001)
-    ours = unsafe_exps(x)
-    np.testing.assert_allclose(ours, np.exp(x), rtol=2e-15)
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,4 @@
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import gymnasium
@@ -6,6 +7,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from hhrl_envs import SCENARIOS, Goal, Outcome, Scenario
+from hhrl_envs.scenario.registry import SUPERSEDED
 from hhrl_envs.views.gym_env import StopLineEnv, StopLineVectorEnv, gym_id
 from hhrl_envs.views.parallel_env import EGO, StopLineParallelEnv
 from hhrl_envs.worlds import stop_line_v0
@@ -17,12 +19,21 @@ EACH = pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=lambda scenar
 @EACH
 def test_gymnasium_accepts_the_single_view(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    check_env(gymnasium.make(gym_id(scenario.id)).unwrapped)
+    with told_if_superseded(scenario):
+        made = gymnasium.make(gym_id(scenario.id))
+    check_env(made.unwrapped)
 
 
 @EACH
 def test_gymnasium_accepts_continuous_actions(scenario: Scenario) -> None:
-    check_env(gymnasium.make(gym_id(scenario.id), continuous_actions=True).unwrapped, skip_render_check=True)
+    with told_if_superseded(scenario):
+        made = gymnasium.make(gym_id(scenario.id), continuous_actions=True)
+    check_env(made.unwrapped, skip_render_check=True)
+
+
+def told_if_superseded(scenario: Scenario) -> AbstractContextManager[object]:
+    """Gymnasium itself warns of a scenario that has a newer version."""
+    return pytest.deprecated_call(match="out of date") if scenario.id in SUPERSEDED else nullcontext()
 
 
 @EACH

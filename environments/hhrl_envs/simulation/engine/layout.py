@@ -60,6 +60,9 @@ APPROACHING, BRAKING, DWELLING, LEAVING = 0.0, 1.0, 2.0, 3.0
 
 # What an agent at the wheel aims at, whether it was running when the step began, and its outcome if it ended just now.
 TARGET, LIVE, FRESH = _take(_vehicle, 3)
+# The friction of the road: each vehicle of a row has the row's, because only places in one record lie at distances that
+# are known when a kernel is compiled. In plain worlds only the ego has it.
+(ROAD_FRICTION,) = _take(_vehicle, 1)
 # The elements of the state, in its order: what it measures, and what is computed from that.
 MEASURED = _take(_vehicle, observation.SIZE)
 
@@ -98,20 +101,23 @@ SHADOW_POSITION, SHADOW_SPEED, SHADOW_ACCEL, CLEARED = _take(_row, 4)
 
 # The scenario's numbers, float64 [field]: physics, judgement, reward, draws, sensors.
 _constants = count()
-DT, PER_DT, HORIZON, LENGTH, LAG_GAIN, JERK_STEP, EGO_MIN_ACCEL, GRIP = _take(_constants, 8)
+DT, PER_DT, HORIZON, LENGTH, LAG_GAIN, JERK_STEP, EGO_MIN_ACCEL, FRICTION = _take(_constants, 8)
 SPEED_LIMIT, STOP_ZONE, STOP_SPEED, FIRST_LINE, LAST_LINE, ROUTE_END, GOAL = _take(_constants, 7)
 FRONT_RANGE, LINE_RANGE, CLEAR_BY = _take(_constants, 3)
-SIGMA_1, SIGMA_2, SIGMA_3, SIGMA_4, JERK_THRESHOLD, POSITIVE_JERK_ONLY = _take(_constants, 6)
+SIGMA_1, SIGMA_2, SIGMA_3, SIGMA_4, JERK_THRESHOLD, POSITIVE_JERK_ONLY, PRINTED_UNSAFE = _take(_constants, 7)
 SAFE_GAP, PER_TWICE_DECEL, TIMEOUT_SCALE = _take(_constants, 3)
 START_LOW, START_HIGH, START_SPEED_LOW, START_SPEED_HIGH = _take(_constants, 4)
 GAP_LOW, GAP_HIGH, FRONT_SPEED_LOW, FRONT_SPEED_HIGH = _take(_constants, 4)
 SIGNAL, GREEN_LOW, GREEN_HIGH = _take(_constants, 3)
-NOISE_SPEED, NOISE_ACCEL, NOISE_DISTANCE = _take(_constants, 3)
+NOISE_SPEED, NOISE_ACCEL, NOISE_DISTANCE, DROPOUT, DROPOUT_STEPS = _take(_constants, 5)
+GHOSTS, GHOST_STRETCH, GHOST_NEAR = _take(_constants, 3)
 BAND_LOW, BAND_HIGH, BAND_HEADWAY, BAND_SHARE = _take(_constants, 4)
 FEASIBLE_ONLY, SLOTS, AGENTS = _take(_constants, 3)
 ADVERSARY, HARDEST_BRAKE, PATIENCE, THROTTLE = _take(_constants, 4)
 GOAL_PLACE, FARTHEST = _take(_constants, 2)  # what a front vehicle must leave free; what full braking must not pass
 (GUARD,) = _take(_constants, 1)  # metres that scripted vehicles keep free whatever happens
+SLIPPERY_SHARE, SLIPPERY_LOW, SLIPPERY_HIGH = _take(_constants, 3)
+(FREE_THROTTLE,) = _take(_constants, 1)  # m/s^2 that scripted vehicles accelerate with whatever the road's grip
 (CONSTANTS_SIZE,) = _take(_constants, 1)
 # Behind them: the cumulative shares of 0, 1, 2, ... front vehicles, then the table of the profile families, row by row.
 COUNTS = CONSTANTS_SIZE
