@@ -49,12 +49,17 @@ class Window:
         self._window, self.closed = None, True
 
     def _is_open(self) -> bool:
-        """Return whether there is a window; ``pygame.quit()``, called by anybody in this process, destroys it."""
+        """Return whether there is a window; ``pygame.quit()``, called by anybody in this process, destroys it.
+
+        One that is destroyed is forgotten before the next one opens: pygame destroys it once more when nobody refers
+        to it, and by then the next one may have its address.
+        """
         if self._window is None:
             return False
         try:
             self._window.get_surface()
         except pygame.error:
+            self._window = None
             return False
         return True
 

@@ -169,6 +169,16 @@ def test_nothing_is_imported_before_it_is_needed() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
+def test_a_window_that_opens_again_is_not_destroyed_with_the_one_before() -> None:
+    frame = np.zeros((24, 96, 3), np.uint8)
+    for _ in range(30):  # the address of the one before is taken again in about half of them
+        window = Window("again", 10_000)
+        window.show(frame)
+        pygame.display.quit()
+        window.show(frame)
+        window.close()
+
+
 def quit_and_begin_anew() -> None:
     pygame.quit()
     pygame.init()
