@@ -150,14 +150,15 @@ def evaluate(
     from hhrl_bench.tables.results import results_table
     from hhrl_bench.tasks.tasks import distinct_tasks
 
+    if per_episode is not None:
+        _require_rows(per_episode)
+    _say_what_is_passed_over(agents)
     announce_compiling()
     named, held = tasks or ["stop-line-v0"], option_name(option)
     chosen = [one.against(opponent) for one in distinct_tasks(named)]
     records = [task_record(one, episodes) for one in chosen]
     for one in chosen:
         require_playable(agents, one)
-    if per_episode is not None:
-        _require_rows(per_episode)
     runs: list[Run] = []
     keep = None if per_episode is None else partial(_keep_run, runs)
     each = [_evaluate_each(agents, one, episodes, held, keep) for one in chosen]
@@ -196,6 +197,15 @@ def _print_results(tables: Sequence["Results"]) -> None:
         if place > 0:
             console().print()
         print_table(console(), table)
+
+
+def _say_what_is_passed_over(agents: Sequence[str]) -> None:
+    """Say which registered names are those of files or folders here too: the registered agent is scored."""
+    from hhrl_bench.evaluation.sources import is_registered
+
+    for name in agents:
+        if is_registered(name) and Path(name).exists():
+            typer.echo(f"hhrl-bench: {name} is the registered agent; for what lies here write ./{name}", err=True)
 
 
 def _require_rows(path: Path) -> None:

@@ -33,6 +33,11 @@ def named_seeds(name: str) -> tuple[str, tuple[int, ...]] | None:
     return (match[1], parse_seeds(match[2])) if match and match[1] in METHODS else None
 
 
+def is_registered(name: str) -> bool:
+    """Return whether a name is that of a registered agent, with training seeds behind it or without."""
+    return name in {*RULES, *ORACLES, *METHODS} or named_seeds(name) is not None
+
+
 def shipped_checkpoints(name: str) -> list[Path]:
     """Return the checkpoints that come with the package and that a method, or seeds of one, name; none for others.
 
@@ -44,7 +49,8 @@ def shipped_checkpoints(name: str) -> list[Path]:
         return []
     paths = _checkpoints(SHIPPED / method)
     if not paths:
-        raise AgentError(f"no trained {method} comes with the package; train it: hhrl-bench train {method}")
+        said = f"no trained {method} comes with the package; train it: hhrl-bench train {method}"
+        raise AgentError(f"{said}; for what lies here write ./{name}" if Path(name).exists() else said)
     by_seed = {int(path.stem.removeprefix("seed-")): path for path in paths}
     missing = sorted(set(seeds or ()) - by_seed.keys())
     if missing:
@@ -88,7 +94,7 @@ def runs_apart(name: str) -> list[str]:
     Raises:
         InputError: as ``policy_files``; or if the seeds behind an ``@`` are spelled otherwise, or are too many.
     """
-    if name in {*RULES, *ORACLES, *METHODS} or named_seeds(name):
+    if is_registered(name):
         return []
     paths = policy_files(name)
     if paths or ":" not in name:

@@ -370,6 +370,18 @@ def test_bad_usage_is_one_line_and_exit_code_2(arguments: list[str], said: str) 
     assert said in refused(*arguments)
 
 
+def test_a_registered_name_is_not_that_of_the_folder_here_and_a_line_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("rule-2", "ppo"):
+        Path(name).mkdir()
+    scored = invoke("evaluate", "rule-2", "--episodes", "3")
+    assert scored.exit_code == 0
+    assert "hhrl-bench: rule-2 is the registered agent; for what lies here write ./rule-2" in scored.stderr
+    assert "for what lies here write ./ppo" in invoke("evaluate", "ppo", "--episodes", "3").stderr
+
+
 def test_output_below_a_file_is_refused_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hhrl_bench.suites.study.run_stages", lambda *_: pytest.fail("played"))
     file = tmp_path / "file"
