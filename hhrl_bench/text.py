@@ -41,7 +41,7 @@ def meant(name: str, known: Iterable[str]) -> str:
     return f", did you mean {near[0]}" if near else ""
 
 
-_ALIKE = str.maketrans({"0": "o", "1": "l", "i": "l", "|": "l", "5": "s", "9": "q", "g": "q", "6": "b", "8": "b"})
+_ALIKE = str.maketrans("01i|592346g78", "ollls" + "qzeabqtb")
 _ALIKE_PAIRS = {"cl": "d", "rn": "m", "vv": "w"}
 
 

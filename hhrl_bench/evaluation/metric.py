@@ -173,9 +173,12 @@ class Metric:
         """Return the numbers of N episodes, float64 [N]; NaN in those that have none.
 
         Raises:
-            InputError: if a function of how the episodes ended raises, or returns another number of values.
+            InputError: if the episodes lack it, or a function of how they ended raises, or returns another number of
+                values.
         """
         if not callable(self.of):
+            if self.key not in records.measured:
+                raise InputError(f"the episodes have no {self.key!r}")
             return np.asarray(records.measured[self.key], np.float64)
         try:
             values = np.asarray(self.of(records), np.float64)

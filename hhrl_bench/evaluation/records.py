@@ -144,6 +144,10 @@ Kind = Literal["rule", "oracle", "learned", "factory"]
 """What an agent is: a rule, one that knows the future, a learned one, or a user's own code."""
 
 
+MAX_BUDGET = 100_000_000
+"""Env steps of a training."""
+
+
 class TrainingRecord(Record):
     """Where a checkpoint comes from: ``env_steps`` done when it was taken, of a budget of ``budget`` steps on ``task``.
 
@@ -158,7 +162,7 @@ class TrainingRecord(Record):
     spec_hash: Sha256
     task: Name | None
     env_steps: Count
-    budget: Positive | None
+    budget: Annotated[int, Field(ge=1, le=MAX_BUDGET)] | None
     exact: bool
     command: Name | None
     arm: Name | None = None

@@ -23,7 +23,7 @@ import numpy as np
 from hhrl_agents.rules.oracle import COMFORTABLE, Oracle
 from hhrl_bench.evaluation.metric import Measured
 from hhrl_envs import Outcome, Scenario, Simulator
-from hhrl_envs.arrays import Flags, Floats, Ints
+from hhrl_envs.arrays import Flags, Floats, Ints, Keys
 from hhrl_envs.simulation import rewards
 from hhrl_envs.sub_goals import Option
 
@@ -63,19 +63,33 @@ def fewest_steps(rollout: "Rollout") -> Ints | None:
     It is None with learned front vehicles.
     """
     simulator = rollout.simulator
-    return None if simulator.num_agents > 1 else _fewest_steps(simulator.scenario, rollout.seeds.tobytes())
+    if simulator.num_agents > 1:
+        return None
+    known = _known(simulator.scenario)
+    if len(known) > MOST_KNOWN:
+        known.clear()
+    new = np.setdiff1d(rollout.seeds, np.fromiter(known, np.uint64, len(known)))
+    if new.size:
+        known.update(zip(new.tolist(), _fewest_steps(simulator.scenario, new).tolist(), strict=True))
+    return np.array([known[seed] for seed in rollout.seeds.tolist()], np.int64)
 
 
-@lru_cache(maxsize=64)
-def _fewest_steps(scenario: Scenario, seeds: bytes) -> Ints:
-    """Return the same for episode 0 of seeds, the bytes of uint64 [B]; every agent is scored in the same worlds."""
-    worlds, places = np.unique(np.frombuffer(seeds, np.uint64), return_inverse=True)
+MOST_KNOWN = 200_000
+"""Worlds of a scenario whose fewest steps are kept: every agent is scored in the same ones."""
+
+
+@lru_cache(maxsize=16)
+def _known(_: Scenario) -> dict[int, int]:
+    """Return the fewest steps in the worlds of a scenario, by their seeds, that have been found so far."""
+    return {}
+
+
+def _fewest_steps(scenario: Scenario, worlds: Keys) -> Ints:
+    """Return the fewest steps in episode 0 of worlds, uint64 [B]."""
     simulator, oracle = Simulator(scenario, len(worlds)), Oracle(scenario)
     simulator.reset(worlds)
     oracle.foresee(simulator)
-    fewest = oracle.fewest[places]
-    fewest.setflags(write=False)
-    return fewest
+    return oracle.fewest
 
 
 def uncomfortable(step: "Step") -> Flags:

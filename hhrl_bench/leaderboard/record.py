@@ -39,6 +39,12 @@ single runs on a task for every metric that is compared."""
 MAX_PAIRS = 1_000_000
 """Pairs of runs of every two results on a task, for every metric that is compared, of which is counted who has more."""
 
+MAX_WORLDS = 50_000
+"""Worlds of all tasks, in each of which the oracle looks for the quickest way."""
+
+MAX_TRAINED = 1_000_000_000
+"""Env steps of the trainings of all checkpoints, each counted once."""
+
 MAX_CURVES = 10_000
 """Learning curves of all seeds of trainings and of the arms of transfers, whose numbers are resampled."""
 
@@ -115,36 +121,31 @@ class LeaderboardRecord(Record):
 
     def _require_bounds(self) -> None:
         """Refuse what would take long to check: every episode is played again, every two results are compared."""
+        for count, most, what in self._costs():
+            if count > most:
+                raise ValueError(f"{what} {count:,}, and at most {most:,} can be published")
+
+    def _costs(self) -> Iterator[tuple[int, int, str]]:
+        """Yield how much there is to check, how much there may be at most, and of what."""
         for task in self.tasks:
-            if len(self.on(task)) > MAX_COMPARED:
-                raise ValueError(f"{task.id} has {len(self.on(task))} results; publish at most {MAX_COMPARED}")
+            yield len(self.on(task)), MAX_COMPARED, f"results on {task.id}:"
         episodes = {task.id: task.episodes for task in self.tasks}
-        counts = {f"{one.agent} on {one.task}": len(one.runs) * episodes[one.task] for one in self.results}
-        for name, count in counts.items():
-            if count > MAX_RESULT_EPISODES:
-                raise ValueError(f"{name} has {count:,} episodes; publish at most {MAX_RESULT_EPISODES:,} a result")
-        total = sum(counts.values())
-        if total > MAX_EPISODES:
-            raise ValueError(f"the results have {total:,} episodes; publish at most {MAX_EPISODES:,}")
+        of_results = [len(one.runs) * episodes[one.task] for one in self.results]
+        for one, count in zip(self.results, of_results, strict=True):
+            yield count, MAX_RESULT_EPISODES, f"episodes of {one.agent} on {one.task}:"
+        yield sum(of_results), MAX_EPISODES, "episodes of all results:"
+        yield sum(episodes.values()), MAX_WORLDS, "worlds of all tasks:"
         resampled = sum(task.episodes * self._resamplings(task) for task in self.tasks)
-        if resampled > MAX_RESAMPLED:
-            raise ValueError(
-                f"intervals resample {resampled:,} episodes of results with a single run, and at most "
-                f"{MAX_RESAMPLED:,} can be published; publish fewer such results, or fewer episodes"
-            )
-
-        paired = len(compared()) * sum(
-            len(one.runs) * len(other.runs) for task in self.tasks for one, other in combinations(self.on(task), 2)
-        )
-        if paired > MAX_PAIRS:
-            raise ValueError(
-                f"every two results on a task have {paired:,} pairs of runs in all; publish at most {MAX_PAIRS:,}"
-            )
-
+        yield resampled, MAX_RESAMPLED, "episodes of single runs that intervals resample:"
+        pairs = (pair for task in self.tasks for pair in combinations(self.on(task), 2))
+        paired = sum(len(one.runs) * len(other.runs) for one, other in pairs)
+        yield paired * len(compared()), MAX_PAIRS, "pairs of runs that are compared:"
         arms = self.transfer.rows if self.transfer else ()
-        curves = sum(len(one.seeds) for one in self.trainings) + sum(len(one.seeds) for one in arms)
-        if curves > MAX_CURVES:
-            raise ValueError(f"trainings and arms have {curves:,} learning curves; publish at most {MAX_CURVES:,}")
+        curves = [*(one.seeds for one in self.trainings), *(one.seeds for one in arms)]
+        yield sum(map(len, curves)), MAX_CURVES, "learning curves of all seeds:"
+        runs = [run for result in self.results for run in result.runs if run.training]
+        budgets = {run.checkpoint_sha256: run.training.budget or 0 for run in runs if run.training}
+        yield sum(budgets.values()), MAX_TRAINED, "env steps of the trainings of all checkpoints:"
 
     def _resamplings(self, task: TaskRecord) -> int:
         single = sum(len(result.runs) == 1 for result in self.on(task))

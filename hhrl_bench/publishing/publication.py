@@ -130,14 +130,23 @@ def check_index(folder: Path) -> Iterator[Finding]:
             yield from _check_level(f"{INDEX} {file}.verified", entry.verified, board)
     for name in known:
         yield Finding(INDEX, f"it names {name}, which is not there")
-    for name, text in _made_of(boards).items():
-        if not _holds(folder / name, text):
-            yield Finding(name, "it is not what the entries come to; hhrl-bench leaderboard build writes it")
+    yield from _check_pages(folder, boards)
     store = Store(folder)
     named_by = {path for board in boards.values() for path in named_files(board, store)}
     for path in sorted({*folder.glob("evidence/*"), *folder.glob("checkpoints/*")} - named_by):
         if not is_fragment(path):
             yield Finding(str(path.relative_to(folder)), "no entry names this file")
+
+
+def _check_pages(folder: Path, boards: Mapping[str, LeaderboardRecord]) -> Iterator[Finding]:
+    """Return which pages, and the schema, are not what the entries come to, and which suite has a page and no entry."""
+    made = _made_of(boards)
+    for name, text in made.items():
+        if not _holds(folder / name, text):
+            yield Finding(name, "it is not what the entries come to; hhrl-bench leaderboard build writes it")
+    for path in sorted(folder.glob("*.md")):
+        if path.stem in suites.SUITES and path.name not in made:
+            yield Finding(path.name, f"no entry is of suite {path.stem}")
 
 
 def _check_level(place: str, verified: VerifiedRecord, board: LeaderboardRecord) -> Iterator[Finding]:
@@ -222,11 +231,17 @@ def require_of_suite(board: LeaderboardRecord) -> None:
     transfers = {one.target.id: one for one in own.curves(Path()).transfers}
     if board.transfer and not transfers:
         raise RecordError(f"it has a transfer, and suite {own.id} has none; publish the checkpoints")
+    units = _units(own)
+    sources = {unit.agent: unit.task for unit in units if isinstance(unit, Training) and unit.transfer is None}
+    rows = {(result.agent, result.task) for result in board.results}
     for arm in board.transfer.rows if board.transfer else ():
         wanted = transfers[arm.target].env_steps if arm.target in transfers else 0
-        what = f"env steps of {arm.method} {arm.arm} on {arm.target}"
-        _require_equal(what, arm.budget, rounded(wanted, arm.method), own.id)
-    units = _units(own)
+        what = f"{arm.method} {arm.arm} on {arm.target}"
+        _require_equal(f"env steps of {what}", arm.budget, rounded(wanted, arm.method), own.id)
+        source = sources.get(arm.method)
+        _require_equal(f"sources of {what}", arm.source, source and source.scenario, own.id)
+        if source and (arm.method, source.id) not in rows:
+            raise RecordError(f"the entry lacks {arm.method} on {source.id}, the source of its {arm.arm}")
     own_tasks: dict[str, set[str]] = {}
     for unit in units:
         own_tasks.setdefault(unit.agent, set()).add(unit.task.id)
@@ -241,20 +256,21 @@ def require_of_suite(board: LeaderboardRecord) -> None:
     for result in board.results:
         row = result.agent, result.task
         trained = seeds.get(row) if row in curves or row not in with_curves else None
-        _require_known(result, trained, own.id)
+        _require_known(result, trained, own.id, shipped_too=board.transfer is None)
 
 
-def _require_known(result: ResultRecord, seeds: tuple[int, ...] | None, suite: str) -> None:
+def _require_known(result: ResultRecord, seeds: tuple[int, ...] | None, suite: str, *, shipped_too: bool) -> None:
     """Refuse a row of a registered method that is neither trained in its suite nor the one of the package.
 
     seeds: those that the suite trains there, if the entry has what else such a training leaves; None: it trains none.
+    shipped_too: whether the entry shows what the one of the package decides, with its checkpoints.
     """
     says = named(result.agent, result.kind)
     there = all(run.training is not None and run.training.task == result.task for run in result.runs)
     if says.method is None or (there and tuple(sorted((*result.seeds, *result.failed_seeds))) == seeds):
         return
     whole = [run.checkpoint_sha256 for run in result.runs] == shipped(says.method) and not result.failed_seeds
-    if says.arm is not None or not whole:
+    if says.arm is not None or not whole or not shipped_too:
         raise RecordError(
             f"{result.agent} on {result.task} is neither what comes with the package nor trained by suite {suite}; "
             "publish it under another name"

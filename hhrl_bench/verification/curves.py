@@ -93,8 +93,12 @@ def _check_seeds(curves: _Curves, result: ResultRecord) -> Iterator[Finding]:
     for index, (seed, rates) in enumerate(zip(curves.seeds, curves.success, strict=True)):
         if not all(rate is None or (rate * VALIDATION_EPISODES).is_integer() for rate in rates):
             yield Finding(f"{curves.place}.success[{index}]", f"a rate is none of {VALIDATION_EPISODES} episodes")
-        if curves.collision and (rates[-1] is None) != (seed in result.failed_seeds):
+        failed = seed in result.failed_seeds
+        if curves.collision and (rates[-1] is None) != failed:
             yield Finding(f"{curves.place}.success[{index}]", "it ends early if its seed has failed, and only then")
+        if curves.arm and failed and (curves.arm == UNTRAINED or rates[-1] != 0.0):
+            said = f"its seed has failed, so it ends with 0; {UNTRAINED} cannot fail"
+            yield Finding(f"{curves.place}.success[{index}]", said)
 
 
 def _check_origin(place: str, curves: _Curves, training: TrainingRecord) -> Iterator[Finding]:

@@ -109,9 +109,17 @@ def check_identity(board: LeaderboardRecord) -> Iterator[Finding]:
         yield from _check_seeds(place, result, says)
         for number, run in enumerate(result.runs):
             yield from _check_run(f"{place}.runs[{number}]", run, result, says)
+            yield from _check_arm(f"{place}.runs[{number}].training.arm", run.training, board)
     seconds = board.provenance.wall_seconds
     timed = dict.fromkeys(sorted(f"{result.task}/{result.agent}" for result in board.results))
     yield from differences("provenance.wall_seconds", sorted(seconds), [*timed])
+
+
+def _check_arm(place: str, training: TrainingRecord | None, board: LeaderboardRecord) -> Iterator[Finding]:
+    """Return whether a run is that of an arm that no transfer of the entry has: its budget and source hang on that."""
+    arms = {(row.method, row.target, row.arm) for row in (board.transfer.rows if board.transfer else ())}
+    if training and training.arm and (training.method, training.task, training.arm) not in arms:
+        yield Finding(place, f"the entry has no transfer with {training.arm} of {training.method}")
 
 
 def check_weights(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
@@ -147,8 +155,16 @@ def _check_name(place: str, agent: str) -> Iterator[Finding]:
     near = looks_like(stem, _registered())
     if near is None and stem not in _registered():
         near = _named_in(agent)
-    if near is not None and (near != stem or (stem != agent and stem not in METHODS)):
+    if near is not None and (near != stem or near not in _registered() or (stem != agent and stem not in METHODS)):
         yield Finding(place, f"{agent!r} looks like {near}, which it is not; publish it under another name")
+
+
+_TAKEN = ("oracle", "paper")
+
+
+def _taken(agent: str) -> str | None:
+    """Return which word that is no agent's to have stands in a name, between whatever signs."""
+    return next((near for word in re.split(r"[\W_]+", agent) if word and (near := looks_like(word, _TAKEN))), None)
 
 
 _LONGEST = 3  # words of a registered name that somebody may spell with spaces
@@ -159,10 +175,13 @@ def _named_in(agent: str) -> str | None:
 
     Names of files and modules, which their paths say, are none of these words.
     """
-    words = [word for word in re.split(r"[^\w./-]+", agent) if word]
-    if len(words) < 2 or _FACTORY.fullmatch(agent):
+    if _FACTORY.fullmatch(agent):
         return None
-    known = [*_registered(), "oracle", "paper"]
+    if "/" not in agent and (taken := _taken(agent)):
+        return taken
+    words, known = [word for word in re.split(r"[^\w./-]+", agent) if word], _registered()
+    if len(words) < 2:
+        return None
     spans = ("".join(words[i : i + n]) for n in range(1, _LONGEST + 1) for i in range(len(words) - n + 1))
     return next((near for span in spans if (near := looks_like(span, known))), None)
 
@@ -233,8 +252,11 @@ def _check_training(place: str, training: TrainingRecord) -> Iterator[Finding]:
     yield from differences(f"{place}.spec_hash", training.spec_hash, scenario.spec_hash)
     if training.env_steps > rounded(budget, training.method):
         yield Finding(f"{place}.env_steps", f"{training.env_steps:,} steps are more than its budget of {budget:,}")
-    if training.command not in ((None,) if training.arm else _commands(training, task, budget)):
+    commands = [None] if training.arm else _commands(training, task, budget)
+    if training.command not in commands:
         yield Finding(f"{place}.command", "it is not the command that trains this seed; an arm has none")
+    compiled = training.command == commands[0] and get_method(training.method).config.extra is None
+    yield from differences(f"{place}.exact", training.exact, compiled)
 
 
 def rounded(budget: int, method: str) -> int:

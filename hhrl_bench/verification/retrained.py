@@ -25,7 +25,7 @@ from hhrl_bench.training.train import Plan, get_method, train
 from hhrl_bench.transfer.transfer import Transfer
 from hhrl_bench.verification.checked_result import CheckedResult, checked_results
 from hhrl_bench.verification.curves import check_trained
-from hhrl_bench.verification.identity import repeatable
+from hhrl_bench.verification.identity import repeatable, shipped
 from hhrl_bench.verification.rerun import decides_otherwise
 from hhrl_envs import get_scenario
 from hhrl_envs.errors import InputError
@@ -149,6 +149,8 @@ class _Retraining:
         sha256, scenario = training.source_sha256, get_scenario(training.scenario)
         if sha256 is None:
             return Source("nothing", get_method(training.method), scenario.id, {}, {})
+        if sha256 in shipped(training.method):
+            return load_source(training.method, scenario)
         source = self._trainings.get(sha256)
         if source is None or source.arm:
             raise InputError(f"its source {sha256} is not among the results")

@@ -650,13 +650,13 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
     "many results that are none": (with_value("results", value=[[]] * 100_000), SCHEMA, "results.0: "),
     "a million results that are none": (with_value("results", value=[[]] * 1_000_000), SCHEMA, "lists and objects"),
     "too many results": (many_results(501), SCHEMA, "results"),
-    "too many results on a task": (many_results(51), SCHEMA, "stop-line-v0 has 51 results"),
+    "too many results on a task": (many_results(51), SCHEMA, "results on stop-line-v0: 51"),
     "too many runs": (many_runs, SCHEMA, "results.1.runs"),
     "too many curves": (many_arms, SCHEMA, "trainings"),
     "no results": (with_value("results", value=[]), SCHEMA, "results"),
     "too many episodes": (with_value("tasks", 0, "episodes", value=900_000), SCHEMA, "episodes"),
     "too many pairs of runs": (many_pairs_of_runs, SCHEMA, "pairs of runs"),
-    "too many episodes to resample": (many_episodes_to_resample, SCHEMA, "intervals resample"),
+    "too many episodes to resample": (many_episodes_to_resample, SCHEMA, "that intervals resample"),
     # paths
     **{f"a suite called {path[:12]}": (with_value("suite", value=path), SCHEMA, "suite") for path in PATHS},
     "a file outside": (
@@ -736,6 +736,7 @@ def test_names_that_look_like_others_are_refused(honest: Path, board: Board, nam
     [
         "hybrid-hrl@0-9", "ddqn: 0-4", "rule-3,4", "hybrid-hrl (paper)", "the paper, Hybrid HRL", "the oracle",
         "rule-4 + hold", "ddgn", "dd9n", "cldqn", "hy8rid-hrl", "rule-tunecl",
+        "paper", "the-paper", "oracle-2", "oracle_plus", "hybrid-hrl-paper", "rule-Z", "hrl-Z",
     ],
 )  # fmt: skip
 def test_names_that_hold_a_registered_one_or_look_like_it_are_refused(board: Board, name: str) -> None:
@@ -743,7 +744,7 @@ def test_names_that_hold_a_registered_one_or_look_like_it_are_refused(board: Boa
     assert any("looks like" in line for line in board.said(SCHEMA))
 
 
-@pytest.mark.parametrize("name", ["my-ddqn", "runs/ddqn/stop-line-v0", "careful driver 2", "ddqn.zip", "paper-v2"])
+@pytest.mark.parametrize("name", ["my-ddqn", "runs/ddqn/stop-line-v0", "careful driver 2", "ddqn.zip"])
 def test_other_names_of_ones_own_are_free(board: Board, name: str) -> None:
     renamed(RULE, name, "factory")(board)
     assert not any("looks like" in line for line in board.said(SCHEMA))
@@ -916,3 +917,9 @@ def test_what_comes_with_the_package_has_no_failed_seeds(board: Board, monkeypat
     board.put("results", DDQN, "failed_seeds", value=[5, 6])
     (finding,) = check_suite("small", only(board, [DDQN], [0]))
     assert "neither what comes with the package" in finding.said
+
+
+def test_a_page_of_a_suite_needs_an_entry_of_it(index: Path) -> None:
+    (index.parent / "full.md").write_text("| agent | success |\n")
+    (finding,) = check_index(index.parent)
+    assert (finding.place, finding.said) == ("full.md", "no entry is of suite full")
