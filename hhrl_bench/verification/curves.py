@@ -125,7 +125,6 @@ def _check_choice(place: str, curves: _Curves, run: RunRecord) -> Iterator[Findi
 class _Group(NamedTuple):
     """What the arms of a method in a target began with: a source scenario, and checkpoints by seed where known."""
 
-    place: str
     source: str
     parents: dict[int, str | None]
     control: str | None
@@ -139,7 +138,7 @@ def _check_transfer(board: LeaderboardRecord) -> Iterator[Finding]:
     """
     rows = board.transfer.rows if board.transfer else ()
     origins = {(one.agent, get_task(one.task).scenario): one for one in board.results if one.runs[0].training}
-    settings = {key: one.runs[0].training.config_hash for key, one in _trained(board).items() if one.runs[0].training}
+    settings = {(one.agent, one.task): first.config_hash for one in board.results if (first := one.runs[0].training)}
     groups: dict[tuple[str, str], _Group] = {}
     for index, row in enumerate(rows):
         place, key = f"transfer.rows[{index}].source", (row.method, row.target)
@@ -147,7 +146,7 @@ def _check_transfer(board: LeaderboardRecord) -> Iterator[Finding]:
             if row.source not in SCENARIOS:
                 yield Finding(place, f"{row.source!r} is no registered scenario, and so no source")
             parents = _parents(origins.get((row.method, row.source)), row.method, row.source)
-            groups[key] = _Group(place, row.source, parents, settings.get((f"{row.method} {CONTROL}", row.target)))
+            groups[key] = _Group(row.source, parents, settings.get((f"{row.method} {CONTROL}", row.target)))
         yield from differences(place, row.source, groups[key].source)
     arms = {(f"{row.method} {row.arm}", row.target): groups[row.method, row.target] for row in rows}
     sources = {(method, group.source) for (method, _), group in groups.items()}
@@ -162,10 +161,6 @@ def _check_transfer(board: LeaderboardRecord) -> Iterator[Finding]:
         for number, run in enumerate(result.runs):
             if run.training:
                 yield from _check_arm(f"results[{index}].runs[{number}].training", run.training, group)
-
-
-def _trained(board: LeaderboardRecord) -> dict[tuple[str, str], ResultRecord]:
-    return {(one.agent, one.task): one for one in board.results if one.runs[0].training}
 
 
 def _parents(result: ResultRecord | None, method: str, scenario: str) -> dict[int, str | None]:
