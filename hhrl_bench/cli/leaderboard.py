@@ -130,7 +130,7 @@ def submit(
 
     announce_compiling()
     board = read_entry(file)  # once: what is verified is what is published, whatever becomes of the file
-    require_submittable(board, name, folder)
+    require_submittable(board, Store(file.parent), name, folder)
     found = _verify_entry(file, board, Level.RERUN, map)
     _print_verified([found])
     if found.findings:
@@ -193,9 +193,11 @@ def _verify_changed(folder: Path, level: Level, jobs: int, *, again: bool) -> "d
 
     Unless ``again``, those are passed over that this machine has verified before and that have not changed since.
     """
+    from hhrl_bench.evaluation.store import Store
     from hhrl_bench.execution.pools import mapping
     from hhrl_bench.leaderboard.entry import read_entry
     from hhrl_bench.leaderboard.entry_files import entry_paths
+    from hhrl_bench.publishing.copies import Stored, copied
     from hhrl_bench.publishing.memory import hash_of_all, recall, remember
     from hhrl_bench.publishing.publication import VerifiedEntry, verified_now
 
@@ -211,6 +213,8 @@ def _verify_changed(folder: Path, level: Level, jobs: int, *, again: bool) -> "d
             else _verify_entry(path, board, level, each, published=True)
             for path, board in boards.items()
         ]
+    if copies := list(copied({path.name: Stored(board, Store(folder)) for path, board in boards.items()})):
+        found.append(_Verified(folder, copies, None))
     _print_verified(found)
     for one in found:
         if one.level and one.path not in records:

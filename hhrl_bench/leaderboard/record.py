@@ -143,9 +143,21 @@ class LeaderboardRecord(Record):
         arms = self.transfer.rows if self.transfer else ()
         curves = [*(one.seeds for one in self.trainings), *(one.seeds for one in arms)]
         yield sum(map(len, curves)), MAX_CURVES, "learning curves of all seeds:"
-        runs = [run for result in self.results for run in result.runs if run.training]
-        budgets = {run.checkpoint_sha256: run.training.budget or 0 for run in runs if run.training}
-        yield sum(budgets.values()), MAX_TRAINED, "env steps of the trainings of all checkpoints:"
+        yield self._trained_steps(), MAX_TRAINED, "env steps of all trainings:"
+
+    def _trained_steps(self) -> int:
+        """Return how many env steps it takes to train every seed again, those of an arm after its source's."""
+        budgets: dict[str | None, int] = {}
+        trained: dict[object, tuple[int, str | None]] = {}
+        for index, result in enumerate(self.results):
+            for run in result.runs:
+                if training := run.training:
+                    budgets[run.checkpoint_sha256] = training.budget or 0
+                    key = run.checkpoint_sha256, None if self.checkpoints_published else index
+                    trained[key] = training.budget or 0, training.source_sha256
+            if shared := result.runs[0].training:
+                trained |= {(index, seed): (shared.budget or 0, None) for seed in result.failed_seeds}
+        return sum(steps + budgets.get(source, 0) for steps, source in trained.values())
 
     def _resamplings(self, task: TaskRecord) -> int:
         single = sum(len(result.runs) == 1 for result in self.on(task))

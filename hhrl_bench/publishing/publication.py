@@ -17,6 +17,7 @@ from hhrl_bench.leaderboard.entry_files import INDEX, SCHEMA, EntryFileName, ent
 from hhrl_bench.leaderboard.findings import Finding, differences
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.publishing.copies import Stored, copied
 from hhrl_bench.schema import (
     FIRST,
     SCHEMA_VERSION,
@@ -132,6 +133,7 @@ def check_index(folder: Path) -> Iterator[Finding]:
         yield Finding(INDEX, f"it names {name}, which is not there")
     yield from _check_pages(folder, boards)
     store = Store(folder)
+    yield from copied({file: Stored(board, store) for file, board in boards.items()})
     named_by = {path for board in boards.values() for path in named_files(board, store)}
     for path in sorted({*folder.glob("evidence/*"), *folder.glob("checkpoints/*")} - named_by):
         if not is_fragment(path):
@@ -166,11 +168,12 @@ def _holds(path: Path, text: str) -> bool:
         return False
 
 
-def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> None:
-    """Refuse an entry that cannot be submitted to a folder under a name.
+def require_submittable(board: LeaderboardRecord, store: Store, name: str, folder: Path) -> None:
+    """Refuse an entry, whose files lie in ``store``, that cannot be submitted to a folder under a name.
 
     Raises:
-        RecordError: if the name is taken, none or like a suite's, or the entry is not what a run of its suite makes.
+        RecordError: if the name is taken, none or like a suite's, the entry is not what a run of its suite makes, or
+            its episodes are those of agents in the folder.
     """
     if not is_entry_name(name) or looks_like(name, suites.SUITES):
         raise RecordError(
@@ -182,6 +185,13 @@ def require_submittable(board: LeaderboardRecord, name: str, folder: Path) -> No
     for other, known in of_suite(folder, board.suite).items():
         if _evidence(board) <= _evidence(known):
             raise RecordError(f"the same episodes are in {folder}/{other}.json already; submit another agent's")
+    if found := next(copied({**_stored(folder), name: Stored(board, store)}, of=name), None):
+        raise RecordError(f"{found}; submit another agent's")
+
+
+def _stored(folder: Path) -> dict[str, Stored]:
+    store = Store(folder)
+    return {path.name: Stored(read_entry(path), store) for path in find_entries(folder)}
 
 
 def check_suite(name: str, board: LeaderboardRecord) -> Iterator[Finding]:
@@ -262,12 +272,18 @@ def require_of_suite(board: LeaderboardRecord) -> None:
 def _require_known(result: ResultRecord, seeds: tuple[int, ...] | None, suite: str, *, shipped_too: bool) -> None:
     """Refuse a row of a registered method that is neither trained in its suite nor the one of the package.
 
+    Of a learned agent of a user's own its seeds are 0 to n - 1, so that none was left out because of its result.
+
     seeds: those that the suite trains there, if the entry has what else such a training leaves; None: it trains none.
     shipped_too: whether the entry shows what the one of the package decides, with its checkpoints.
     """
     says = named(result.agent, result.kind)
+    every = sorted((*result.seeds, *result.failed_seeds))
+    if says.method is None and every != list(range(len(every))):
+        given = ", ".join(map(str, every))
+        raise RecordError(f"the seeds of {result.agent} are {given}; publish 0 to n - 1, with those that failed")
     there = all(run.training is not None and run.training.task == result.task for run in result.runs)
-    if says.method is None or (there and tuple(sorted((*result.seeds, *result.failed_seeds))) == seeds):
+    if says.method is None or (there and tuple(every) == seeds):
         return
     whole = [run.checkpoint_sha256 for run in result.runs] == shipped(says.method) and not result.failed_seeds
     if says.arm is not None or not whole or not shipped_too:

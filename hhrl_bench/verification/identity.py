@@ -123,12 +123,16 @@ def _check_arm(place: str, training: TrainingRecord | None, board: LeaderboardRe
 
 
 def check_weights(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
-    """Return which runs of a result have the weights of another one, whatever the checkpoints say of themselves."""
+    """Return which runs have the weights of another one of their result, or of a method that comes with the package.
+
+    Whatever the checkpoints say of themselves. Those of a method may be in its own rows.
+    """
     if not board.checkpoints_published:
         return
     digest = cache(lambda sha256: _weights(store.checkpoint(sha256)))
     for index, result in enumerate(board.results):
         seen: dict[str, int] = {}
+        method = named(result.agent, result.kind).method
         for number, run in enumerate(result.runs):
             place = f"results[{index}].runs[{number}]"
             if run.checkpoint_sha256 is None:
@@ -140,12 +144,27 @@ def check_weights(board: LeaderboardRecord, store: Store) -> Iterator[Finding]:
                 continue
             if first != number:
                 yield Finding(f"{place}.checkpoint_sha256", f"it has the weights of runs[{first}]")
+            owner = _shipped_weights().get(digest(run.checkpoint_sha256))
+            if owner is not None and owner.partition(":")[0] != method:
+                yield Finding(
+                    f"{place}.checkpoint_sha256", f"it has the weights of {owner}; publish it under that name"
+                )
 
 
 def _weights(path: Path) -> str:
     """Return the sha256 of the parameters of a checkpoint."""
     parameters = checkpoints.load(path).parameters
     return hashlib.sha256(b"".join(parameters[name].tobytes() for name in sorted(parameters))).hexdigest()
+
+
+@cache
+def _shipped_weights() -> dict[str, str]:
+    """Return whose the weights are that come with the package: names of methods with their seeds, by digest."""
+    return {
+        _weights(path): f"{method}:{seed}"
+        for method in shipped_methods()
+        for seed, path in enumerate(shipped_checkpoints(method))
+    }
 
 
 def _check_name(place: str, agent: str) -> Iterator[Finding]:

@@ -24,10 +24,12 @@ from hhrl_agents.policies.learned_agent import make_agent
 from hhrl_bench.evaluation.decisions import Trace
 from hhrl_bench.evaluation.evidence import Evidence, unpack
 from hhrl_bench.evaluation.replay import replay
+from hhrl_bench.evaluation.results import task_record
 from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.leaderboard.record import LeaderboardRecord
+from hhrl_bench.publishing.copies import Stored, copied
 from hhrl_bench.publishing.publication import (
     IndexRecord,
     VerifiedEntry,
@@ -38,7 +40,7 @@ from hhrl_bench.publishing.publication import (
 )
 from hhrl_bench.schema import sha256_of
 from hhrl_bench.suites import suites
-from hhrl_bench.suites.suites import ScoreSuite, TrainingSuite
+from hhrl_bench.suites.suites import ScoreSuite, TrainingSuite, TransferSuite
 from hhrl_bench.tasks.tasks import get_task
 from hhrl_bench.verification.verify import verify
 from hhrl_envs.errors import InputError
@@ -360,6 +362,54 @@ def withheld(board: Board) -> None:
     board.put("checkpoints_published", value=False)
 
 
+def arm_without_a_transfer(board: Board) -> None:
+    """A row under the name of an arm, in an entry that has no transfer to hold its budget and its source to."""
+    renamed(DDQN, "ddqn fine-tune")(board)
+    board.put("trainings", value=board.at("trainings")[1:])
+    for run in range(5):
+        board.put("results", DDQN, "runs", run, "training", "arm", value="fine-tune")
+        board.put("results", DDQN, "runs", run, "training", "command", value=None)
+
+
+def failed_in_transfer(arm: int) -> Forge:
+    """The last seed of an arm failed, though its curve says otherwise."""
+
+    def forge(board: Board) -> None:
+        as_transfer(board)
+        runs = board.at("results", arm, "runs")
+        board.put("results", arm, "runs", value=runs[:-1])
+        board.put("results", arm, "failed_seeds", value=[len(runs) - 1])
+
+    return forge
+
+
+def inexact(board: Board) -> None:
+    """Trainings by the compiled engine that say that they cannot be repeated."""
+    for run in range(5):
+        board.put("results", DDQN, "runs", run, "training", "exact", value=False)
+
+
+def many_long_trainings(board: Board) -> None:
+    run = board.at("results", DDQN, "runs", 0)
+    longer = run | {"training": run["training"] | {"budget": 10**8}}
+    board.put("results", DDQN, "runs", value=[longer | {"checkpoint_sha256": f"{seed:064x}"} for seed in range(11)])
+
+
+def arms_after_a_long_source(board: Board) -> None:
+    """Two arms of five seeds, whose sources take a hundred million steps each."""
+    as_transfer(board)
+    for run in range(5):
+        board.put("results", DDQN, "runs", run, "training", "budget", value=10**8)
+
+
+def shipped_under_another_name(board: Board) -> None:
+    """The checkpoints that come with the package, saved again by a method of somebody's own."""
+    board.put("trainings", value=board.at("trainings")[1:])
+    renamed(DDQN, "champion")(board)
+    for run in range(5):
+        board.change_checkpoint(DDQN, run, method="champion", task=None, command=None)
+
+
 def rows_of_nobody(board: Board) -> None:
     as_transfer(board)
     board.put("results", value=board.at("results")[:-1])
@@ -527,6 +577,17 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
         SCHEMA,
         "results[3].runs[0].training.source_sha256",
     ),
+    "an arm without a transfer": (
+        arm_without_a_transfer,
+        SCHEMA,
+        "results[1].runs[0].training.arm: the entry has no transfer with fine-tune of ddqn",
+    ),
+    "a failed seed of zero-shot": (failed_in_transfer(2), SCHEMA, "transfer.rows[0].success[4]: its seed has failed"),
+    "a failed seed of an arm that has learned": (
+        failed_in_transfer(3),
+        SCHEMA,
+        "transfer.rows[1].success[4]: its seed has failed",
+    ),
     "a control that began with something": (
         of_transfer("results", 4, "runs", 0, "training", "source_sha256", value="0" * 64),
         SCHEMA,
@@ -541,6 +602,20 @@ FORGERIES: dict[str, tuple[Forge, Level, str]] = {
         of_transfer("results", 3, "runs", 0, "training", "env_steps", value=0),
         SCHEMA,
         "results[3].runs[0].training.env_steps: its learning curve is best at",
+    ),
+    # what is trained again
+    "an exact training that says it is not": (inexact, SCHEMA, "results[1].runs[4].training.exact"),
+    "a training without end": (
+        with_value("results", DDQN, "runs", 0, "training", "budget", value=2**50),
+        SCHEMA,
+        "training.budget",
+    ),
+    "trainings without end": (many_long_trainings, SCHEMA, "env steps of all trainings: 1,101,100,000"),
+    "trainings without end of sources": (arms_after_a_long_source, SCHEMA, "env steps of all trainings: 1,500,032,000"),
+    "the package's checkpoints under another name": (
+        shipped_under_another_name,
+        RECOMPUTED,
+        "results[1].runs[0].checkpoint_sha256: it has the weights of ddqn:0",
     ),
     # provenance and digits
     "a minus zero": (minus_zero, RECOMPUTED, "results[0].runs[0].metrics"),
@@ -923,3 +998,88 @@ def test_a_page_of_a_suite_needs_an_entry_of_it(index: Path) -> None:
     (index.parent / "full.md").write_text("| agent | success |\n")
     (finding,) = check_index(index.parent)
     assert (finding.place, finding.said) == ("full.md", "no entry is of suite full")
+
+
+def transfer_to_solo_stop(board: Board) -> LeaderboardRecord:
+    """Return an entry of ddqn's transfer from stop-line-v0 to solo-stop-v0."""
+    as_transfer(board)
+    for row in range(3):
+        board.put("transfer", "rows", row, "target", value="solo-stop-v0")
+    for arm in (1, 2, 3):
+        board.put("results", DDQN + arm, "task", value="solo-stop-v0")
+        for run in range(5):
+            board.put("results", DDQN + arm, "runs", run, "training", "task", value="solo-stop-v0")
+    target = task_record(get_task("solo-stop-v0"), small_board.EPISODES)
+    board.put("tasks", value=[board.at("tasks", 0), target.model_dump(mode="json")])
+    record = LeaderboardRecord.model_validate_json(json.dumps(board.data))
+    return record.model_copy(update={"results": record.results[DDQN:]})
+
+
+def test_sources_of_a_suite_s_transfer_are_the_suite_s(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    record = transfer_to_solo_stop(board)
+
+    def said(entry: LeaderboardRecord, seeds: int = 5) -> list[str]:
+        budgets = tuple(range(seeds)), small_board.BUDGET, small_board.EPISODES
+        own = TransferSuite("small", ("ddqn",), "stop-line-v0", ("solo-stop-v0",), *budgets)
+        monkeypatch.setattr(suites, "SUITES", {"small": own})
+        return [finding.said for finding in check_suite("mine", entry)]
+
+    assert said(record) == []
+    (line,) = said(record.model_copy(update={"results": record.results[1:]}))
+    assert line == "the entry lacks ddqn on stop-line-v0, the source of its zero-shot"
+    (line,) = said(record, seeds=10)
+    assert line.startswith("ddqn on stop-line-v0 is neither")
+    rows = tuple(row.model_copy(update={"source": "follow-v0"}) for row in record.transfer.rows if record.transfer)
+    (line,) = said(record.model_copy(update={"transfer": record.transfer.model_copy(update={"rows": rows})}))
+    assert line.startswith("the entry has other sources of ddqn zero-shot on solo-stop-v0")
+
+
+def test_seeds_of_ones_own_agent_are_all_that_were_trained(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    suite = ScoreSuite("small", ("rule-2",), ("stop-line-v0",), small_board.EPISODES)
+    monkeypatch.setattr(suites, "SUITES", {"small": suite})
+    renamed(DDQN, "champion")(board)
+    own = only(board, [DDQN], [0])
+    assert list(check_suite("mine", own)) == []
+    assert list(check_suite("mine", without_runs(own, 4))) == []
+    chosen = own.results[0].model_copy(update={"runs": own.results[0].runs[2:4]})
+    (finding,) = check_suite("mine", own.model_copy(update={"results": (chosen,)}))
+    assert finding.said == "the seeds of champion are 2, 3; publish 0 to n - 1, with those that failed"
+
+
+def copies(board: Board, agent: str, forge: Forge, of: int = RULE) -> list[str]:
+    """Return what is said of a row under a name of somebody's own, forged of another one, beside the honest entry."""
+    honest = LeaderboardRecord.model_validate_json(json.dumps(board.data))
+    forge(board)
+    renamed(of, agent, "factory")(board)
+    stored = {"small.json": Stored(honest, board.store), "mine.json": Stored(only(board, [of], [0]), board.store)}
+    assert not list(copied({"small.json": stored["small.json"]}))
+    assert list(copied(stored)) == list(copied(stored, of="mine.json"))
+    assert not list(copied(stored, of="small.json"))
+    return [str(finding) for finding in copied(stored)]
+
+
+def some_episodes_changed(episodes: int) -> Forge:
+    """The rule's episodes, in some of which the last decision is another one."""
+
+    def forge(board: Board) -> None:
+        trace = board.evidence(RULE).trace
+        actions, last = trace.actions.copy(), np.cumsum(trace.steps)[:episodes] - 1
+        actions[last] = 1 - actions[last]
+        board.change_evidence(RULE, actions=actions)
+
+    return forge
+
+
+def other_options(board: Board) -> None:
+    board.change_evidence(RULE, options=np.zeros_like(board.evidence(RULE).trace.options))
+
+
+def test_episodes_of_another_agent_are_found_under_a_name_of_ones_own(board: Board) -> None:
+    place = "mine.json results[0].runs[0].evidence_sha256: 100% of its episodes are those of rule-2 in small.json"
+    assert copies(board, "mine:make", other_options) == [place]
+
+
+@pytest.mark.parametrize(("changed", "share"), [(1, "83%"), (2, "67%"), (3, None), (6, None)])
+def test_a_run_may_share_half_of_its_episodes_with_another_agent(board: Board, changed: int, share: str | None) -> None:
+    said = copies(board, "mine:make", some_episodes_changed(changed))
+    assert [line.split(": ")[1].split()[0] for line in said] == ([share] if share else [])
