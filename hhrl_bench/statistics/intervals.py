@@ -10,7 +10,7 @@ from hhrl_envs.arrays import Flags, Floats
 CONFIDENCE = 0.95
 BOOTSTRAP_SEED = 20200725
 RESAMPLES = 9999
-DRAWS_AT_ONCE = 10**6
+DRAWS_AT_ONCE = 10**5
 
 IntervalKind = Literal["wilson-episodes", "bootstrap-episodes", "bootstrap-seeds", "none"]
 

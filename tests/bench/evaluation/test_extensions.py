@@ -16,7 +16,7 @@ from hhrl_bench.evaluation import metric
 from hhrl_bench.evaluation.evidence import pack, unpack
 from hhrl_bench.evaluation.metrics import METRICS
 from hhrl_bench.evaluation.paired_evaluation import play_task
-from hhrl_bench.evaluation.store import Store
+from hhrl_bench.evaluation.store import Store, read
 from hhrl_bench.execution.run import Execution
 from hhrl_bench.extensions import VARIABLE, load_extensions
 from hhrl_bench.leaderboard.entry import publish_entry, read_entry
@@ -24,9 +24,11 @@ from hhrl_bench.leaderboard.level import Level
 from hhrl_bench.suites.study import suite_study
 from hhrl_bench.suites.suites import ScoreSuite
 from hhrl_bench.tasks.tasks import TASKS, get_task
-from hhrl_bench.verification.verify import verify
+from hhrl_bench.verification.checked_result import checked_results
+from hhrl_bench.verification.verify import check_result, verify
 from hhrl_envs import InputError
 from hhrl_envs.scenario import registry
+from support import small_board
 from support.command_line import invoke
 
 FOLDER = Path(__file__).parents[3] / "leaderboards"
@@ -132,7 +134,8 @@ def test_a_published_entry_without_the_metric_still_holds() -> None:
     board = read_entry(FOLDER / "quick.json")
     assert board.results[0].metrics.get("followed") is None
     assert "followed" not in board.results[0].metrics
-    assert list(verify(board, Store(FOLDER), Level.RECOMPUTED)) == []
+    assert list(verify(board, Store(FOLDER), Level.SCHEMA)) == []
+    assert check_result(Level.REPLAYED, checked_results(board, Store(FOLDER))[0], again=False) == ([], True)
     assert invoke("leaderboard", "show", str(FOLDER / "quick.json"), "--details").exit_code == 0
 
 
@@ -151,6 +154,20 @@ def test_a_changed_number_of_the_metric_is_found(published: Path, key: str, leve
     changed.write_text(json.dumps(data))
     places = [finding.place for finding in verify(read_entry(changed), Store(published.parent), level)]
     assert places == [f"results[1].runs[0].metrics.{key}"]
+
+
+def test_evidence_that_lacks_the_numbers_of_the_metric_is_named(published: Path) -> None:
+    data, store = json.loads(published.read_text()), Store(published.parent)
+    run = data["results"][1]["runs"][0]
+    kept = unpack(read(store.evidence(run["evidence_sha256"])))
+    fewer = {key: numbers for key, numbers in kept.measured.items() if key != "followed"}
+    run["evidence_sha256"] = store.add_evidence(small_board.repacked(kept._replace(measured=fewer)))
+    changed = published.with_name("lacking.json")
+    changed.write_text(json.dumps(data))
+    said = [str(finding) for finding in verify(read_entry(changed), store, Level.RECOMPUTED)]
+    assert "results[1].runs[0].metrics.followed: the evidence does not hold the numbers that it rests on" in said
+    with pytest.raises(InputError, match="the episodes have no 'followed'"):
+        METRICS["followed"].values(kept._replace(measured=fewer))
 
 
 def test_an_entry_with_a_metric_that_is_not_registered_is_refused_in_one_line(published: Path, extension: Path) -> None:
