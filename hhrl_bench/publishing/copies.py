@@ -31,7 +31,7 @@ class Stored(NamedTuple):
     store: Store
 
 
-class _Run(NamedTuple):
+class PlayedRun(NamedTuple):
     """A run on a task at a place in an entry of a suite; a number stands for the ego's actions in each episode."""
 
     entry: str
@@ -41,9 +41,14 @@ class _Run(NamedTuple):
     place: str
     episodes: NDArray[np.uint64]
 
-    def is_rival(self, other: "_Run") -> bool:
-        """Return whether another run is not of the same agent: of another name, or of that name in the same suite."""
-        return self.agent != other.agent or (self.entry != other.entry and self.suite == other.suite)
+    def is_rival(self, other: "PlayedRun") -> bool:
+        """Return whether another run is of somebody else's agent.
+
+        In the same entry that is a registered one, and in another one whatever has another name or the same suite.
+        """
+        if self.entry == other.entry:
+            return not other.own
+        return self.agent != other.agent or self.suite == other.suite
 
 
 def copied(entries: Mapping[str, Stored], of: str | None = None) -> Iterator[Finding]:
@@ -55,16 +60,19 @@ def copied(entries: Mapping[str, Stored], of: str | None = None) -> Iterator[Fin
     """
     boards = [entries[name].board for name in entries if of in {None, name}]
     for task in dict.fromkeys(result.task for board in boards for result in board.results if _is_own(result)):
-        runs = [run for name, entry in entries.items() for run in _runs(name, entry, task)]
-        fewest = min((len(run.episodes) for run in runs), default=0)
-        episodes = np.array([run.episodes[:fewest] for run in runs])
-        for run, own in zip(runs, episodes, strict=True):
-            rivals = [number for number, other in enumerate(runs) if run.is_rival(other)]
-            if run.own and of in {None, run.entry} and rivals:
-                alike = (episodes[rivals] == own).mean(axis=1)
-                if (share := alike.max()) > MOST_ALIKE:
-                    first, place = runs[rivals[alike.argmax()]], f"{run.entry} {run.place}.evidence_sha256"
-                    yield Finding(place, f"{share:.0%} of its episodes are those of {first.agent} in {first.entry}")
+        runs = [run for name, entry in entries.items() for run in runs_on(name, entry, task)]
+        for run in (run for run in runs if run.own and of in {None, run.entry}):
+            rivals = [other for other in runs if run.is_rival(other)]
+            shares = [shared(run, other) for other in rivals]
+            if (share := max(shares, default=0.0)) > MOST_ALIKE:
+                first, place = rivals[shares.index(share)], f"{run.entry} {run.place}.evidence_sha256"
+                yield Finding(place, f"{share:.0%} of its episodes are those of {first.agent} in {first.entry}")
+
+
+def shared(run: PlayedRun, other: PlayedRun) -> float:
+    """Return the share of the worlds that two runs on a task have both played in which the ego does the same."""
+    count = min(len(run.episodes), len(other.episodes))
+    return float(np.mean(run.episodes[:count] == other.episodes[:count]))
 
 
 def _is_own(result: ResultRecord) -> bool:
@@ -73,7 +81,8 @@ def _is_own(result: ResultRecord) -> bool:
     return says.kind in {"learned", "factory"} and says.method is None
 
 
-def _runs(name: str, entry: Stored, task: str) -> Iterator[_Run]:
+def runs_on(name: str, entry: Stored, task: str) -> Iterator[PlayedRun]:
+    """Yield the runs on a task of an entry of this name whose evidence can be read."""
     for index, result in enumerate(entry.board.results):
         for number, run in enumerate(result.runs if result.task == task else ()):
             place, suite = f"results[{index}].runs[{number}]", entry.board.suite
@@ -81,7 +90,7 @@ def _runs(name: str, entry: Stored, task: str) -> Iterator[_Run]:
                 episodes = _episodes(read_evidence(run, entry.store).trace)
             except InputError:
                 continue
-            yield _Run(name, suite, result.agent, _is_own(result), place, episodes)
+            yield PlayedRun(name, suite, result.agent, _is_own(result), place, episodes)
 
 
 def _episodes(trace: Trace) -> NDArray[np.uint64]:

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from itertools import combinations
 from pathlib import Path
 
 import jsonschema
@@ -15,6 +16,7 @@ from hhrl_bench.evaluation.store import Store
 from hhrl_bench.leaderboard.entry import read_entry
 from hhrl_bench.leaderboard.entry_files import entry_paths
 from hhrl_bench.leaderboard.level import Level
+from hhrl_bench.publishing.copies import MOST_ALIKE, Stored, runs_on, shared
 from hhrl_bench.publishing.publication import check_index
 from hhrl_bench.suites.suites import SUITES
 from hhrl_bench.suites.units import SeedTraining
@@ -23,7 +25,8 @@ from hhrl_bench.verification.verify import check_result, verify
 from hhrl_envs import Outcome, get_scenario
 from support.command_line import invoke
 
-FOLDER = Path(__file__).parents[3] / "leaderboards"
+ROOT = Path(__file__).parents[3]
+FOLDER = ROOT / "leaderboards"
 FOR_NO_BOARD = {"follow-only", "adversary", "platoon"}  # a part of option-only, an opponent, a driver of all vehicles
 SCHEMA = FOLDER / "schema.json"
 EACH_BOARD = pytest.mark.parametrize("path", entry_paths(FOLDER), ids=lambda path: path.stem)
@@ -110,3 +113,18 @@ def test_a_leaderboard_of_shipped_agents_scores_the_shipped_checkpoints(name: st
     shipped = {sha256 for method in METHODS if method not in FOR_NO_BOARD for sha256 in checkpoints(method)}
     learned = {run.checkpoint_sha256 for result in board.results if result.kind == "learned" for run in result.runs}
     assert learned == shipped
+
+
+def test_published_agents_that_differ_share_few_episodes() -> None:
+    """The share in docs/leaderboards.md, of runs under different names that do not drive alike in every episode."""
+    entries = {path.name: Stored(read_entry(path), Store(FOLDER)) for path in entry_paths(FOLDER)}
+    found = []
+    for task in sorted({task.id for entry in entries.values() for task in entry.board.tasks}):
+        runs = [run for name, entry in entries.items() for run in runs_on(name, entry, task)]
+        pairs = [(one, other) for one, other in combinations(runs, 2) if one.agent != other.agent]
+        found += [(shared(*pair), task, {one.agent for one in pair}) for pair in pairs]
+    share, task, agents = max(one for one in found if one[0] < 1.0)
+    page = " ".join((ROOT / "docs" / "leaderboards.md").read_text().split())
+    assert agents == {"rule-3", "rule-4"}
+    assert f"published agents, `rule-3` and `rule-4` in `{task}`, share {share:.0%}." in page
+    assert share < MOST_ALIKE
