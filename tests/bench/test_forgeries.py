@@ -1029,7 +1029,8 @@ def test_sources_of_a_suite_s_transfer_are_the_suite_s(board: Board, monkeypatch
     assert line == "the entry lacks ddqn on stop-line-v0, the source of its zero-shot"
     (line,) = said(record, seeds=10)
     assert line.startswith("ddqn on stop-line-v0 is neither")
-    rows = tuple(row.model_copy(update={"source": "follow-v0"}) for row in record.transfer.rows if record.transfer)
+    assert record.transfer is not None
+    rows = tuple(row.model_copy(update={"source": "follow-v0"}) for row in record.transfer.rows)
     (line,) = said(record.model_copy(update={"transfer": record.transfer.model_copy(update={"rows": rows})}))
     assert line.startswith("the entry has other sources of ddqn zero-shot on solo-stop-v0")
 

@@ -233,14 +233,22 @@ def test_only_what_evidence_keeps_is_compared() -> None:
         ("3", "write Sum, Least or a function of how episodes end"),
     ],
 )
-def test_a_metric_that_is_wrong_is_one_line(tmp_path: Path, declared: str, said: str) -> None:
+def test_a_metric_that_is_wrong_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, declared: str, said: str
+) -> None:
     path = tmp_path / "bad_metric.py"
     path.write_text(
         f"from hhrl_bench import Least, Metric, Sum, register_metric\n"
         f"register_metric(Metric('bad', 'bad', {declared}, 'what is wrong'))\n"
     )
-    ran = command("--extension", str(path), "evaluate", "rule-2", "--episodes", "5")
-    assert (ran.returncode, ran.stdout) == (2, "")
+    monkeypatch.setenv(VARIABLE, "")
+    monkeypatch.setattr(extensions, "_hashes", {})
+    try:
+        ran = invoke("--extension", str(path), "evaluate", "rule-2", "--episodes", "5")
+    finally:
+        sys.modules.pop("bad_metric", None)
+        metric._by_key.pop("bad", None)
+    assert (ran.exit_code, ran.stdout) == (2, "")
     assert said in ran.stderr.splitlines()[-1]
     assert "Traceback" not in ran.stderr
 

@@ -12,7 +12,7 @@ import pytest
 
 from support.sweeps import finish, outcomes, results, start, workers_of
 
-KILLS = int(os.environ.get("HHRL_KILLS", "3"))
+KILLS = int(os.environ.get("HHRL_KILLS", "2"))
 """How often the run is killed; ``make kills`` does it more often."""
 
 LIMIT = 30_000

@@ -30,6 +30,7 @@ SLOW = tuple(
         "evaluate ddqn --task adversary-v0",
         "leaderboard",
         "transfer",
+        "robustness",
         "figures",
         "report",
         "watch ddqn --failed",

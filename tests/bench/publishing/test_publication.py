@@ -7,15 +7,36 @@ from pathlib import Path
 
 import pytest
 
-from hhrl_bench.leaderboard.entry import entry_schema, read_entry
+from hhrl_bench.evaluation.store import Store
+from hhrl_bench.leaderboard.entry import entry_schema, publish_entry, read_entry
 from hhrl_bench.publishing import memory, publication
+from hhrl_bench.publishing.copies import Stored
 from hhrl_bench.publishing.publication import IndexRecord
 from hhrl_bench.suites import suites
 from hhrl_bench.suites.suites import ScoreSuite
 from support.command_line import invoke
 
 TINY = ScoreSuite("tiny", agents=("rule-1", "rule-plus"), tasks=("stop-line-v0", "solo-stop-v0"), episodes=20)
-OWN = "import hhrl_agents\n\n\ndef make(scenario):\n    return hhrl_agents.RULES['rule-3'](scenario)\n"
+OWN = "import hhrl_agents\n\n\ndef make(scenario):\n    return hhrl_agents.RULES['rule-tuned'](scenario)\n"
+COPY = """
+import numpy as np
+from hhrl_agents import RULES, Decision
+
+
+class Copy:
+    def __init__(self, scenario):
+        self._rule = RULES["rule-plus"](scenario)
+
+    def reset(self, mask):
+        self._rule.reset(mask)
+
+    def act(self, observations):
+        action = self._rule.act(observations).action
+        return Decision(np.zeros(len(action), np.int64), action)
+
+
+make = Copy
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -49,9 +70,9 @@ def tree(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def own_entry(folder: Path, monkeypatch: pytest.MonkeyPatch, name: str = "my_rule") -> Path:
+def own_entry(folder: Path, monkeypatch: pytest.MonkeyPatch, name: str = "my_rule", code: str = OWN) -> Path:
     """Return the entry of a user's own agent."""
-    (folder / f"{name}.py").write_text(OWN)
+    (folder / f"{name}.py").write_text(code)
     monkeypatch.chdir(folder)
     out = folder / "mine" / "entry.json"
     paths = ("--out", str(out), "--work", str(folder / "work"), "--workers", "1")
@@ -144,6 +165,21 @@ def test_an_own_agent_is_scored_and_submitted(folder: Path, tmp_path: Path, monk
     again = invoke("leaderboard", "submit", str(entry), "--name", "my-rule", "--folder", str(folder))
     assert again.exit_code == 2
     assert "holds an entry my-rule already; write another --name" in again.stderr
+
+
+def test_episodes_of_a_published_agent_are_not_submitted_under_another_name(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entry, before = own_entry(tmp_path, monkeypatch, "my_copy", COPY), tree(folder)
+    result = invoke("leaderboard", "submit", str(entry), "--name", "mine", "--folder", str(folder))
+    assert result.exit_code == 2
+    assert "100% of its episodes are those of rule-plus in tiny.json; submit another agent's" in result.stderr
+    assert tree(folder) == before
+    published = Stored(read_entry(entry), Store(entry.parent))
+    publish_entry(published.board, folder / "mine.json", published.store)
+    built = invoke("leaderboard", "build", "--folder", str(folder))
+    assert built.exit_code == 1
+    assert f"{folder}: mine.json results[0].runs[0].evidence_sha256: 100% of its episodes" in built.stdout
 
 
 def test_what_does_not_verify_is_not_submitted(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,7 @@ from hhrl_envs.observation import A_E, D_D, D_F, V_E, to_si
 from hhrl_envs.scenario.registry import SUPERSEDED
 from support.headroom import TIERS, Room, room, table
 
-EPISODES = 400
+EPISODES = 200
 EACH_TIER = pytest.mark.parametrize("tier", TIERS)
 
 
